@@ -1,0 +1,61 @@
+"""Actuator configs (names of Isaac Lab's). Values may be one number or ``{joint name pattern: number}``."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from lift_lab.utils import configclass
+
+from .actuator_pd import DCMotor, IdealPDActuator, ImplicitActuator
+
+
+@configclass
+class ActuatorBaseCfg:
+    """Settings of a group of joints. Units: N m, N m/rad, ... for hinges; N, N/m, ... for slides."""
+
+    class_type: type = MISSING
+    joint_names_expr: list[str] = MISSING
+    """Patterns of the joints in the group (full match)."""
+    effort_limit: dict[str, float] | float | None = None
+    """Limit of an explicit model's effort. For implicit models the same as :attr:`effort_limit_sim`."""
+    velocity_limit: dict[str, float] | float | None = None
+    """Velocity limit of the model: kept in ``data.joint_vel_limits``; a DC motor's no-load speed."""
+    effort_limit_sim: dict[str, float] | float | None = None
+    """Limit of the effort the engine applies. None keeps the USD file's."""
+    velocity_limit_sim: dict[str, float] | float | None = None
+    """PhysX's velocity limit. Kept in ``data.joint_vel_limits``; MuJoCo does not clamp velocities."""
+    stiffness: dict[str, float] | float | None = MISSING
+    """Position gain. None keeps the USD drive's."""
+    damping: dict[str, float] | float | None = MISSING
+    """Velocity gain. None keeps the USD drive's."""
+    armature: dict[str, float] | float | None = None
+    """Reflected rotor inertia. None keeps the USD file's."""
+    friction: dict[str, float] | float | None = None
+    """Dry friction effort (MuJoCo's frictionloss). None keeps the USD file's."""
+    dynamic_friction: dict[str, float] | float | None = None
+    """PhysX's friction while moving: MuJoCo has one dry friction, :attr:`friction`."""
+    viscous_friction: dict[str, float] | float | None = None
+    """Effort per joint velocity (MuJoCo's joint damping). None keeps the USD file's."""
+
+
+@configclass
+class ImplicitActuatorCfg(ActuatorBaseCfg):
+    """A PD controller inside the engine's step, integrated implicitly."""
+
+    class_type: type = ImplicitActuator
+
+
+@configclass
+class IdealPDActuatorCfg(ActuatorBaseCfg):
+    """A PD controller computed in torch each physics step and clipped at :attr:`effort_limit`."""
+
+    class_type: type = IdealPDActuator
+
+
+@configclass
+class DCMotorCfg(IdealPDActuatorCfg):
+    """An ideal PD controller behind a DC motor's torque-speed line."""
+
+    class_type: type = DCMotor
+    saturation_effort: float = MISSING
+    """Stall effort of the motor."""

@@ -1,0 +1,20 @@
+"""Assets of a scene: articulations, rigid objects and static things."""
+
+from .articulation import Articulation, ArticulationCfg, ArticulationData
+from .asset_base import AssetBase
+from .asset_base_cfg import AssetBaseCfg
+from .deformable_object import DeformableObject, DeformableObjectCfg
+from .rigid_object import RigidObject, RigidObjectCfg, RigidObjectData
+
+__all__ = [
+    "Articulation",
+    "ArticulationCfg",
+    "ArticulationData",
+    "AssetBase",
+    "AssetBaseCfg",
+    "DeformableObject",
+    "DeformableObjectCfg",
+    "RigidObject",
+    "RigidObjectCfg",
+    "RigidObjectData",
+]

@@ -1,0 +1,7 @@
+"""Articulations: trees of bodies connected by joints, with actuators."""
+
+from .articulation import Articulation
+from .articulation_cfg import ArticulationCfg
+from .articulation_data import ArticulationData
+
+__all__ = ["Articulation", "ArticulationCfg", "ArticulationData"]

@@ -1,0 +1,444 @@
+"""An articulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import torch
+
+from lift_lab.actuators import ActuatorBase
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
+
+from ..asset_base import EnvIds, as_columns
+from ..movable import MovableAsset
+from .articulation_data import ArticulationData
+from .drives import build_drives
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+    from .articulation_cfg import ArticulationCfg
+
+JointIds = Sequence[int] | torch.Tensor | slice | None
+
+
+class Articulation(MovableAsset):
+    """Bodies connected by joints, with actuators that follow targets set by the user."""
+
+    cfg: ArticulationCfg
+    _data: ArticulationData
+
+    @property
+    def data(self) -> ArticulationData:
+        """The articulation's state."""
+        return self._data
+
+    @property
+    def num_joints(self) -> int:
+        """Number of hinge and slide joints."""
+        return len(self._joint_names)
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, in the engine's order."""
+        return self._joint_names
+
+    @property
+    def has_explicit_actuators(self) -> bool:
+        """Whether an actuator model has to be computed before each physics step."""
+        return any(not actuator.is_implicit_model for actuator in self.actuators.values())
+
+    def find_joints(
+        self,
+        name_keys: str | Sequence[str],
+        joint_subset: list[str] | None = None,
+        preserve_order: bool = False,
+    ) -> tuple[list[int], list[str]]:
+        """Indices and names of the joints that match regular expressions.
+
+        With a ``joint_subset``, indices are into the subset (as in Isaac Lab).
+
+        Raises:
+            ValueError: a pattern matches nothing, or a name matches two patterns.
+        """
+        return resolve_matching_names(name_keys, joint_subset or self.joint_names, preserve_order)
+
+    # -- building
+
+    def _edit_spec(self, spec: mujoco.MjSpec) -> None:
+        limits = self.spawned.report.joint_velocity_limits if self.spawned and self.spawned.report else {}
+        self._drives = build_drives(spec, self.cfg.actuators, limits, f"scene.{self.name}")
+
+    def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
+        """Find joints and actuators in the compiled model and resolve defaults and limits.
+
+        Raises:
+            ConfigError: a default joint position outside its limits, or a name pattern that matches no joint.
+        """
+        super().initialize(physics, env_origins_w)
+        device, num_envs, data = physics.device, physics.num_envs, self.data
+        model = physics.model
+
+        def per_env(values: list[float]) -> torch.Tensor:
+            return torch.tensor(values, dtype=torch.float32, device=device).repeat(num_envs, 1)
+
+        drives = [self._drives.joints.get(name) for name in self._joint_names]
+        data.joint_names = self._joint_names
+        data.joint_stiffness = per_env([d.stiffness if d else 0.0 for d in drives])
+        data.joint_damping = per_env([d.damping if d else 0.0 for d in drives])
+        data.joint_effort_limits = per_env([d.effort_limit if d else float("inf") for d in drives])
+        data.joint_vel_limits = per_env([d.velocity_limit if d else float("inf") for d in drives])
+        data.soft_joint_vel_limits = data.joint_vel_limits.clone()
+        data.joint_armature = per_env(model.dof_armature[self._dof_ids].tolist())
+        data.joint_friction_coeff = per_env(model.dof_frictionloss[self._dof_ids].tolist())
+        damping = model.dof_damping[self._dof_ids]
+        data.joint_viscous_friction_coeff = per_env((damping if damping.ndim == 1 else damping[:, 0]).tolist())
+        data.gear_ratio = torch.ones(num_envs, self.num_joints, device=device)
+        for name in ("stiffness", "damping", "armature", "friction_coeff", "viscous_friction_coeff"):
+            setattr(data, f"default_joint_{name}", getattr(data, f"joint_{name}").clone())
+        self._resolve_limits(model, device, num_envs)
+        self._resolve_defaults(per_env)
+        self._make_actuators(device)
+        self._write_initial_state()
+
+    def _make_data(self) -> None:
+        model = self._physics.model
+        ids = set(self._ids)
+        scalar = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+        joints = [j for j in range(model.njnt) if model.jnt_bodyid[j] in ids and int(model.jnt_type[j]) in scalar]
+        self._joint_ids = joints
+        self._joint_names = [self._local_name(model.joint(j).name) for j in joints]
+        self._dof_ids = [int(model.jnt_dofadr[j]) for j in joints]
+        self._qpos_ids = [int(model.jnt_qposadr[j]) for j in joints]
+        self._data = ArticulationData(
+            self._physics,
+            self._env_origins_w,
+            self._ids,
+            self._body_names,
+            self._qadr,
+            self._vadr,
+            self._mocap,
+            qpos_ids=self._qpos_ids,
+            dof_ids=self._dof_ids,
+        )
+
+    def _resolve_limits(self, model: mujoco.MjModel, device: torch.device, num_envs: int) -> None:
+        limits = torch.tensor(model.jnt_range[self._joint_ids], dtype=torch.float32, device=device)
+        limits[~torch.tensor(model.jnt_limited[self._joint_ids], dtype=torch.bool, device=device)] = torch.tensor(
+            [-float("inf"), float("inf")], device=device
+        )
+        data = self.data
+        data.joint_pos_limits = limits.repeat(num_envs, 1, 1)
+        data.default_joint_pos_limits = data.joint_pos_limits.clone()
+        middle = limits.mean(dim=-1)
+        half = 0.5 * (limits[:, 1] - limits[:, 0]) * self.cfg.soft_joint_pos_limit_factor
+        soft = torch.stack((middle - half, middle + half), dim=-1)
+        data.soft_joint_pos_limits = torch.where(limits.isfinite(), soft, limits).repeat(num_envs, 1, 1)
+
+    def _resolve_defaults(self, per_env) -> None:
+        data = self.data
+        for kind in ("joint_pos", "joint_vel"):
+            path = f"scene.{self.name}.init_state.{kind}"
+            values = [0.0] * self.num_joints
+            try:
+                ids, _, found = resolve_matching_names_values(getattr(self.cfg.init_state, kind), self.joint_names)
+            except ValueError as error:
+                if not self.joint_names:
+                    ids, found = [], []
+                else:
+                    raise ConfigError(f"{path}: {error}") from error
+            for i, value in zip(ids, found, strict=True):
+                values[i] = value
+            setattr(data, f"default_{kind}", per_env(values))
+        if not self.num_joints:
+            return
+        pos, limits = data.default_joint_pos[0], data.joint_pos_limits[0]
+        for i in ((pos < limits[:, 0] - 1e-5) | (pos > limits[:, 1] + 1e-5)).nonzero().flatten().tolist():
+            raise ConfigError(
+                f"scene.{self.name}.init_state.joint_pos: {pos[i]:.4f} of '{self.joint_names[i]}' is outside its "
+                f"limits [{limits[i, 0]:.4f}, {limits[i, 1]:.4f}]"
+            )
+
+    def _make_actuators(self, device: torch.device) -> None:
+        data, names = self.data, self._joint_names
+        self.actuators: dict[str, ActuatorBase] = {}
+        for group, joints in self._drives.groups.items():
+            cfg = self.cfg.actuators[group]
+            ids = torch.tensor([names.index(joint) for joint in joints], device=device)
+            limits = [self._drives.joints[joint].model_effort_limit for joint in joints]
+            limit = torch.tensor(limits, dtype=torch.float32, device=device).repeat(self.num_instances, 1)
+            self.actuators[group] = cfg.class_type(
+                cfg,
+                joints,
+                ids,
+                data.joint_stiffness[:, ids].clone(),
+                data.joint_damping[:, ids].clone(),
+                limit,
+                data.joint_vel_limits[:, ids].clone(),
+            )
+        driven = [name for name in names if name in self._drives.joints]
+        self._driven = as_columns([names.index(name) for name in driven])
+        model = self._physics.model
+        self._ctrl_cols = as_columns([model.actuator(f"{self.name}/{name}").id for name in driven])
+        implicit = torch.tensor([self._drives.joints[name].implicit for name in driven], device=device)
+        self._implicit = implicit
+        self._all_implicit = bool(implicit.all())
+        explicit = [names.index(name) for name in driven if not self._drives.joints[name].implicit]
+        if explicit:
+            data._explicit_ids = torch.tensor(explicit, device=device)
+        self._has_feedforward = False
+
+    def _write_initial_state(self) -> None:
+        data = self.data
+        data.joint_pos_target = data.default_joint_pos.clone()
+        data.joint_vel_target = torch.zeros_like(data.default_joint_vel)
+        data.joint_effort_target = torch.zeros_like(data.default_joint_vel)
+        if self.num_joints:
+            self.write_joint_state_to_sim(data.default_joint_pos, data.default_joint_vel)
+        self.write_data_to_sim()
+
+    # -- stepping
+
+    def reset(self, env_ids: EnvIds = None) -> None:
+        """Put targets of some environments back to their defaults and remove external wrenches."""
+        super().reset(env_ids)
+        ids = self._env_ids(env_ids)
+        rows = slice(None) if ids is None else ids
+        data = self.data
+        data.joint_pos_target[rows] = data.default_joint_pos[rows]
+        data.joint_vel_target[rows] = 0.0
+        data.joint_effort_target[rows] = 0.0
+        for actuator in self.actuators.values():
+            actuator.reset(ids)
+
+    def write_data_to_sim(self) -> None:
+        """Send targets (and external wrenches) to the engine; explicit actuator models are computed here."""
+        super().write_data_to_sim()
+        data = self.data
+        if not self._drives.joints:
+            return
+        ctrl = data.joint_pos_target[:, self._driven]
+        if self._has_feedforward:
+            ctrl = self._feedforward_ctrl(ctrl)
+        if not self._all_implicit:
+            ctrl = torch.where(self._implicit, ctrl, self._explicit_efforts()[:, self._driven])
+        self._physics.write("ctrl", ctrl, None, self._ctrl_cols)
+
+    def _feedforward_ctrl(self, position: torch.Tensor) -> torch.Tensor:
+        """Control that makes the engine's kp (ctrl - q) - kd qd equal the full PD law with feed-forward."""
+        data, cols = self.data, self._driven
+        kp, kd = data.joint_stiffness[:, cols], data.joint_damping[:, cols]
+        extra = kd * data.joint_vel_target[:, cols] + data.joint_effort_target[:, cols]
+        stiff = kp > 0
+        return torch.where(stiff, position + extra / torch.where(stiff, kp, torch.ones_like(kp)), extra)
+
+    def _explicit_efforts(self) -> torch.Tensor:
+        data = self.data
+        effort = torch.zeros_like(data.joint_pos_target)
+        computed = torch.zeros_like(effort)
+        for actuator in self.actuators.values():
+            if actuator.is_implicit_model:
+                continue
+            ids = actuator.joint_indices
+            effort[:, ids] = actuator.compute(
+                data.joint_pos_target[:, ids],
+                data.joint_vel_target[:, ids],
+                data.joint_effort_target[:, ids],
+                data.joint_pos[:, ids],
+                data.joint_vel[:, ids],
+            )
+            computed[:, ids] = actuator.computed_effort
+        data._explicit_effort = effort[:, data._explicit_ids]
+        data._explicit_computed = computed[:, data._explicit_ids]
+        return effort
+
+    # -- targets
+
+    def set_joint_position_target(
+        self, target: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set position targets (rad or m), shape (n, num joints chosen)."""
+        self._set("joint_pos_target", target, joint_ids, env_ids)
+
+    def set_joint_velocity_target(
+        self, target: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set velocity targets (rad/s or m/s), shape (n, num joints chosen)."""
+        self._has_feedforward = True
+        self._set("joint_vel_target", target, joint_ids, env_ids)
+
+    def set_joint_effort_target(self, target: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None) -> None:
+        """Set feed-forward efforts (N m or N), shape (n, num joints chosen)."""
+        self._has_feedforward = True
+        self._set("joint_effort_target", target, joint_ids, env_ids)
+
+    def _set(self, name: str, value: torch.Tensor | float, joint_ids: JointIds, env_ids: EnvIds) -> None:
+        buffer: torch.Tensor = getattr(self.data, name)
+        ids = self._env_ids(env_ids)
+        cols = slice(None) if joint_ids is None else joint_ids
+        if ids is None:
+            buffer[:, cols] = value
+        elif isinstance(cols, slice):
+            buffer[ids, cols] = value
+        else:
+            buffer[ids[:, None], torch.as_tensor(cols, device=buffer.device)] = value
+
+    # -- joint state
+
+    def write_joint_state_to_sim(
+        self,
+        position: torch.Tensor,
+        velocity: torch.Tensor,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Set joint positions and velocities, shape (n, num joints chosen)."""
+        self.write_joint_position_to_sim(position, joint_ids, env_ids)
+        self.write_joint_velocity_to_sim(velocity, joint_ids, env_ids)
+
+    def write_joint_position_to_sim(
+        self, position: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set joint positions (rad or m), shape (n, num joints chosen)."""
+        self._physics.write("qpos", position, self._env_ids(env_ids), self._columns(self._qpos_ids, joint_ids))
+        self._data.invalidate()
+
+    def write_joint_velocity_to_sim(
+        self, velocity: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set joint velocities (rad/s or m/s), shape (n, num joints chosen)."""
+        self._physics.write("qvel", velocity, self._env_ids(env_ids), self._columns(self._dof_ids, joint_ids))
+        self._data.invalidate()
+
+    def _columns(self, all_ids: list[int], joint_ids: JointIds) -> slice | torch.Tensor:
+        if joint_ids is None:
+            chosen = all_ids
+        elif isinstance(joint_ids, slice):
+            chosen = all_ids[joint_ids]
+        else:
+            chosen = [all_ids[int(i)] for i in joint_ids]
+        cols = as_columns(chosen)
+        return cols if isinstance(cols, slice) else torch.tensor(cols, device=self._physics.device)
+
+    # -- joint properties
+
+    def write_joint_stiffness_to_sim(
+        self, stiffness: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set position gains, shape (n, num joints chosen)."""
+        self._set("joint_stiffness", stiffness, joint_ids, env_ids)
+        self._write_gains(joint_ids)
+
+    def write_joint_damping_to_sim(
+        self, damping: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set velocity gains, shape (n, num joints chosen)."""
+        self._set("joint_damping", damping, joint_ids, env_ids)
+        self._write_gains(joint_ids)
+
+    def _write_gains(self, joint_ids: JointIds) -> None:
+        data = self.data
+        for actuator in self.actuators.values():
+            actuator.stiffness = data.joint_stiffness[:, actuator.joint_indices].clone()
+            actuator.damping = data.joint_damping[:, actuator.joint_indices].clone()
+        model = self._physics.model
+        gain, bias = (
+            self._physics.randomizable("actuator_gainprm"),
+            self._physics.randomizable("actuator_biasprm"),
+        )
+        for i, name in enumerate(self._joint_names):
+            drive = self._drives.joints.get(name)
+            if drive is None or not drive.implicit:
+                continue
+            a = model.actuator(f"{self.name}/{name}").id
+            kp = data.joint_stiffness[:, i].to(gain.dtype)
+            gain[:, a, 0] = torch.where(kp > 0, kp, torch.ones_like(kp))
+            bias[:, a, 1] = -kp
+            bias[:, a, 2] = -data.joint_damping[:, i].to(bias.dtype)
+
+    def write_joint_armature_to_sim(
+        self, armature: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set reflected rotor inertias (kg m^2 or kg), shape (n, num joints chosen)."""
+        self._set("joint_armature", armature, joint_ids, env_ids)
+        self._write_dofs("dof_armature", self.data.joint_armature)
+        self._physics.recompute_constants()
+
+    def write_joint_friction_coefficient_to_sim(
+        self, joint_friction_coeff: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set dry friction efforts (N m or N), shape (n, num joints chosen)."""
+        self._set("joint_friction_coeff", joint_friction_coeff, joint_ids, env_ids)
+        self._write_dofs("dof_frictionloss", self.data.joint_friction_coeff)
+
+    def write_joint_viscous_friction_coefficient_to_sim(
+        self, coeff: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set efforts per joint velocity, shape (n, num joints chosen)."""
+        self._set("joint_viscous_friction_coeff", coeff, joint_ids, env_ids)
+        self._write_dofs("dof_damping", self.data.joint_viscous_friction_coeff)
+
+    def _write_dofs(self, name: str, values: torch.Tensor) -> None:
+        field = self._physics.randomizable(name)
+        target = field if field.ndim == 2 else field[..., 0]
+        target[:, self._dof_ids] = values.to(field.dtype)
+
+    def write_joint_position_limit_to_sim(
+        self,
+        limits: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+        warn_limit_violation: bool = True,
+    ) -> None:
+        """Set position limits (rad or m), shape (n, num joints chosen, 2); defaults are clamped into them.
+
+        Raises:
+            ConfigError: a joint that has no limit in the model.
+        """
+        model = self._physics.model
+        unlimited = [n for n, j in zip(self._joint_names, self._joint_ids, strict=True) if not model.jnt_limited[j]]
+        chosen = (
+            self._joint_names
+            if joint_ids is None or isinstance(joint_ids, slice)
+            else [self._joint_names[int(i)] for i in joint_ids]
+        )
+        for name in chosen:
+            if name in unlimited:
+                raise ConfigError(f"'{self.name}': joint '{name}' has no limit in its USD file, so none can be set")
+        self._set("joint_pos_limits", limits, joint_ids, env_ids)
+        field = self._physics.randomizable("jnt_range")
+        field[:, self._joint_ids] = self.data.joint_pos_limits.to(field.dtype)
+        low, high = self.data.joint_pos_limits.unbind(-1)
+        self.data.default_joint_pos.clamp_(low, high)
+
+    def write_joint_effort_limit_to_sim(
+        self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set effort limits of the engine's actuators (N m or N), shape (n, num joints chosen).
+
+        Raises:
+            ConfigError: a joint whose actuator had no limit at start.
+        """
+        self._set("joint_effort_limits", limits, joint_ids, env_ids)
+        model = self._physics.model
+        field = self._physics.randomizable("actuator_forcerange")
+        for i, name in enumerate(self._joint_names):
+            if name not in self._drives.joints:
+                continue
+            a = model.actuator(f"{self.name}/{name}").id
+            limit = self.data.joint_effort_limits[:, i]
+            if not model.actuator_forcelimited[a]:
+                if bool(limit.isfinite().any()):
+                    raise ConfigError(f"'{self.name}': joint '{name}' has no effort limit that could be changed")
+                continue
+            field[:, a, 0] = -limit.to(field.dtype)
+            field[:, a, 1] = limit.to(field.dtype)
+
+    # -- kinematics
+
+    def get_jacobians(self, body_idx: int) -> torch.Tensor:
+        """Jacobian of a body's origin in the world, rows linear then angular, shape (num_envs, 6, num_joints)."""
+        return self._physics.jac_body(self._ids[body_idx])[:, :, self._dof_ids]

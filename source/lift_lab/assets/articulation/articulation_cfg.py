@@ -1,0 +1,40 @@
+"""Config of an articulation."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from lift_lab.actuators import ActuatorBaseCfg
+from lift_lab.utils import configclass
+
+from ..asset_base_cfg import AssetBaseCfg
+from .articulation import Articulation
+
+
+@configclass
+class ArticulationCfg(AssetBaseCfg):
+    """A robot or another mechanism."""
+
+    @configclass
+    class InitialStateCfg(AssetBaseCfg.InitialStateCfg):
+        """Pose, velocity and joint state at start, in the environment's frame."""
+
+        lin_vel: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        """Linear velocity of the root in m/s."""
+        ang_vel: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        """Angular velocity of the root in rad/s."""
+        joint_pos: dict[str, float] = {".*": 0.0}
+        """Joint name pattern -> position in rad or m."""
+        joint_vel: dict[str, float] = {".*": 0.0}
+        """Joint name pattern -> velocity in rad/s or m/s."""
+
+    class_type: type = Articulation
+    articulation_root_prim_path: str | None = None
+    """Isaac Lab's path of the root prim below the asset. The importer finds the root itself."""
+    init_state: InitialStateCfg = InitialStateCfg()
+    soft_joint_pos_limit_factor: float = 1.0
+    """Soft position limits as a fraction of the joint's range about its middle."""
+    actuators: dict[str, ActuatorBaseCfg] = MISSING
+    """Group name -> actuator model of the joints it names."""
+    actuator_value_resolution_debug_print: bool = False
+    """Whether values that come from the USD file are logged."""

@@ -1,0 +1,98 @@
+"""State of an articulation: its bodies' (see :class:`BodyData`) and its joints'."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+
+from ..asset_base import as_columns
+from ..body_data import BodyData, cached
+
+
+class ArticulationData(BodyData):
+    """Joint tensors have shape (num_envs, num_joints); rad or m, rad/s or m/s, N m or N."""
+
+    joint_names: list[str]
+    default_joint_pos: torch.Tensor
+    """Default joint positions."""
+    default_joint_vel: torch.Tensor
+    """Default joint velocities."""
+    joint_pos_target: torch.Tensor
+    """Position targets as set by the user."""
+    joint_vel_target: torch.Tensor
+    """Velocity targets as set by the user."""
+    joint_effort_target: torch.Tensor
+    """Feed-forward efforts as set by the user."""
+    joint_stiffness: torch.Tensor
+    joint_damping: torch.Tensor
+    joint_armature: torch.Tensor
+    joint_friction_coeff: torch.Tensor
+    """Dry friction efforts (MuJoCo's frictionloss)."""
+    joint_viscous_friction_coeff: torch.Tensor
+    """Efforts per velocity (MuJoCo's joint damping)."""
+    joint_pos_limits: torch.Tensor
+    """Lower and upper limits, shape (num_envs, num_joints, 2)."""
+    soft_joint_pos_limits: torch.Tensor
+    """Soft limits, shape (num_envs, num_joints, 2)."""
+    joint_vel_limits: torch.Tensor
+    soft_joint_vel_limits: torch.Tensor
+    joint_effort_limits: torch.Tensor
+    gear_ratio: torch.Tensor
+
+    def __init__(self, *args: Any, qpos_ids: list[int], dof_ids: list[int], **kwargs: Any):
+        super().__init__(*args, **kwargs)
+        self._qpos_cols = as_columns(qpos_ids)
+        self._dof_cols = as_columns(dof_ids)
+        self._explicit_effort: torch.Tensor | None = None
+        self._explicit_ids: torch.Tensor | None = None
+        self._explicit_computed: torch.Tensor | None = None
+
+    @property
+    def joint_pos(self) -> torch.Tensor:
+        """Joint positions (a live view where the engine stores them side by side)."""
+        return self._physics.field("qpos")[:, self._qpos_cols]
+
+    @property
+    def joint_vel(self) -> torch.Tensor:
+        """Joint velocities (a live view where the engine stores them side by side)."""
+        return self._physics.field("qvel")[:, self._dof_cols]
+
+    @property
+    def joint_acc(self) -> torch.Tensor:
+        """Joint accelerations of the last physics substep."""
+        return self._physics.field("qacc")[:, self._dof_cols]
+
+    @cached
+    def computed_torque(self) -> torch.Tensor:
+        """Effort that the actuator models ask for at the current state, before clipping."""
+        effort = (
+            self.joint_stiffness * (self.joint_pos_target - self.joint_pos)
+            + self.joint_damping * (self.joint_vel_target - self.joint_vel)
+            + self.joint_effort_target
+        )
+        if self._explicit_ids is not None and self._explicit_computed is not None:
+            effort[:, self._explicit_ids] = self._explicit_computed
+        return effort
+
+    @cached
+    def applied_torque(self) -> torch.Tensor:
+        """Effort that the actuator models give at the current state, clipped at the effort limits."""
+        limit = self.joint_effort_limits
+        effort = torch.clamp(self.computed_torque, -limit, limit)
+        if self._explicit_ids is not None and self._explicit_effort is not None:
+            effort[:, self._explicit_ids] = self._explicit_effort
+        return effort
+
+
+for _new, _name in (
+    ("joint_limits", "joint_pos_limits"),
+    ("default_joint_limits", "default_joint_pos_limits"),
+    ("joint_velocity_limits", "joint_vel_limits"),
+    ("joint_friction", "joint_friction_coeff"),
+):
+    setattr(
+        ArticulationData,
+        _new,
+        property(lambda self, _name=_name: getattr(self, _name), doc=f"Isaac Lab's older name for {_name}."),
+    )

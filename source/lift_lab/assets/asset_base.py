@@ -1,0 +1,123 @@
+"""What all assets share: being spawned into the scene's MjSpec and finding themselves in the compiled model."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+import torch
+
+from lift_lab.sim.schemas import apply_schemas
+from lift_lab.sim.spawners.spawner_cfg import Spawned
+from lift_lab.utils.errors import ConfigError
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+    from .asset_base_cfg import AssetBaseCfg
+
+logger = logging.getLogger(__name__)
+
+EnvIds = Sequence[int] | torch.Tensor | slice | None
+
+
+class AssetBase:
+    """A spawned thing. This class itself serves static ones, which have a place and no state."""
+
+    def __init__(self, cfg: AssetBaseCfg):
+        """Hold the config; the scene spawns the asset with :meth:`spawn_into`."""
+        self.cfg = cfg.copy()
+        self.name = ""
+        self.spawned: Spawned | None = None
+
+    @property
+    def prim_name(self) -> str:
+        """Last part of the prim path."""
+        return self.cfg.prim_path.rsplit("/", 1)[-1]
+
+    @property
+    def device(self) -> str:
+        """Torch device of the asset's tensors."""
+        return str(self._physics.device)
+
+    @property
+    def num_instances(self) -> int:
+        """Number of environments."""
+        return self._physics.num_envs
+
+    def spawn_into(self, spec: mujoco.MjSpec, name: str) -> None:
+        """Spawn the asset and attach it to a scene's spec; its names get the prefix ``name/``.
+
+        Args:
+            spec: the scene.
+            name: the scene's name for the asset.
+
+        Raises:
+            ConfigError: there is no spawner.
+        """
+        self.name = name
+        if self.cfg.spawn is None:
+            raise ConfigError(f"scene.{name}.spawn is None: there is no stage from which '{self.cfg.prim_path}' comes")
+        self.spawned = self.cfg.spawn.func(self.cfg.prim_path, self.cfg.spawn)
+        child = self.spawned.spec
+        apply_schemas(child, self.cfg.spawn, f"scene.{name}.spawn")
+        self._edit_spec(child)
+        rot = np.asarray(self.cfg.init_state.rot, dtype=np.float64)
+        norm = float(np.linalg.norm(rot))
+        if not np.isfinite(norm) or norm < 1e-6:
+            raise ConfigError(f"scene.{name}.init_state.rot {tuple(rot)} is not an orientation")
+        frame = spec.worldbody.add_frame(pos=list(self.cfg.init_state.pos), quat=rot / norm)
+        spec.attach(child, prefix=f"{name}/", frame=frame)
+
+    def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
+        """Find the asset in the compiled model.
+
+        Args:
+            physics: the running engine.
+            env_origins_w: origin of each environment in the world, shape (num_envs, 3).
+        """
+        self._physics = physics
+        self._env_origins_w = env_origins_w
+
+    def reset(self, env_ids: EnvIds = None) -> None:
+        """Reset the asset's own buffers of some environments."""
+
+    def write_data_to_sim(self) -> None:
+        """Send what was set to the engine."""
+
+    def update(self, dt: float) -> None:
+        """Take note that the engine moved on by ``dt`` seconds."""
+
+    def _edit_spec(self, spec: mujoco.MjSpec) -> None:
+        """Change the asset's own spec before it joins the scene."""
+
+    def _body_ids(self) -> list[int]:
+        model = self._physics.model
+        return [i for i in range(model.nbody) if model.body(i).name.startswith(f"{self.name}/")]
+
+    def _local_name(self, name: str) -> str:
+        return name[len(self.name) + 1 :]
+
+    def _env_ids(self, env_ids: EnvIds) -> torch.Tensor | None:
+        """Environment ids as a LongTensor on the device; None for all."""
+        if env_ids is None or (isinstance(env_ids, slice) and env_ids == slice(None)):
+            return None
+        if isinstance(env_ids, slice):
+            return torch.arange(self.num_instances, device=self.device)[env_ids]
+        if isinstance(env_ids, torch.Tensor):
+            return env_ids.to(device=self._physics.device, dtype=torch.long)
+        return torch.tensor(list(env_ids), device=self._physics.device, dtype=torch.long)
+
+    def _count(self, env_ids: torch.Tensor | None) -> int:
+        return self.num_instances if env_ids is None else len(env_ids)
+
+
+def as_columns(ids: Sequence[int]) -> slice | list[int]:
+    """Column indices as a slice where they are contiguous, so that reading them makes a view."""
+    ids = list(ids)
+    if ids and ids == list(range(ids[0], ids[0] + len(ids))):
+        return slice(ids[0], ids[0] + len(ids))
+    return ids

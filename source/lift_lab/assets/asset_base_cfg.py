@@ -1,0 +1,36 @@
+"""Config that all assets share."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+from typing import Literal
+
+from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
+from lift_lab.utils import configclass
+
+from .asset_base import AssetBase
+
+
+@configclass
+class AssetBaseCfg:
+    """A thing of the scene. With this class itself: a static one (table, ground, light)."""
+
+    @configclass
+    class InitialStateCfg:
+        """Where the asset stands, in the environment's frame."""
+
+        pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        """Position in m."""
+        rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+        """Orientation (w, x, y, z); normalised when used."""
+
+    class_type: type = AssetBase
+    prim_path: str = MISSING
+    """Isaac Lab's prim path. ``{ENV_REGEX_NS}`` stands for the environment; the last part names the prim."""
+    spawn: SpawnerCfg | None = None
+    """What is spawned."""
+    init_state: InitialStateCfg = InitialStateCfg()
+    collision_group: Literal[0, -1] = 0
+    """Isaac Lab's collision group. Environments never collide here."""
+    debug_vis: bool = False
+    """Whether the asset's markers are drawn where a viewer shows markers."""

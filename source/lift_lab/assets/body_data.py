@@ -1,0 +1,327 @@
+"""State of an asset's bodies, read from the engine on demand and kept until the engine moves on.
+
+Poses are of the link frame, velocities of the centre of mass (Isaac Lab's convention); everything in the world
+frame (`_w`) includes the environment's origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import torch
+
+from lift_lab.utils import math as math_utils
+
+from .asset_base import as_columns
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+T = TypeVar("T")
+
+
+def cached(compute: Callable[[Any], torch.Tensor]) -> property:
+    """A read-only property computed once per engine state (see :meth:`BodyData.invalidate`)."""
+    name = compute.__name__
+
+    def read(self: Any) -> torch.Tensor:
+        value = self._cache.get(name)
+        if value is None:
+            value = compute(self)
+            self._cache[name] = value
+        return value
+
+    read.__doc__ = compute.__doc__
+    return property(read)
+
+
+class BodyData:
+    """Poses and velocities of an asset's root and bodies."""
+
+    def __init__(
+        self,
+        physics: Physics,
+        env_origins_w: torch.Tensor,
+        body_ids: list[int],
+        body_names: list[str],
+        free_qpos_adr: int | None,
+        free_dof_adr: int | None,
+        mocap_id: int | None,
+    ):
+        self._physics = physics
+        self._origins_w = env_origins_w
+        self._cache: dict[str, torch.Tensor] = {}
+        self._body_cols = as_columns(body_ids)
+        self._root_body = body_ids[0]
+        self._qadr = free_qpos_adr
+        self._vadr = free_dof_adr
+        self._mocap = mocap_id
+        self.body_names = body_names
+        device = physics.device
+        model = physics.model
+        self._com_b = torch.tensor(model.body_ipos[body_ids], dtype=torch.float32, device=device)
+        self._iquat_b = torch.tensor(model.body_iquat[body_ids], dtype=torch.float32, device=device)
+        self._root_com_is_origin = bool((self._com_b[0] == 0).all())
+        self._tree_root = int(model.body_rootid[body_ids[0]])
+        self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
+        """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
+        self.default_mass = torch.tensor(model.body_mass[body_ids], dtype=torch.float32, device=device).repeat(
+            physics.num_envs, 1
+        )
+        """Masses at start in kg, shape (num_envs, num_bodies)."""
+        self.default_inertia = torch.tensor(model.body_inertia[body_ids], dtype=torch.float32, device=device).repeat(
+            physics.num_envs, 1, 1
+        )
+        """Principal inertias at start in kg m^2, shape (num_envs, num_bodies, 3)."""
+        gravity = torch.tensor(model.opt.gravity, dtype=torch.float32, device=device)
+        norm = gravity.norm()
+        down = gravity / norm if norm > 0 else torch.tensor([0.0, 0.0, -1.0], device=device)
+        self.GRAVITY_VEC_W = down.repeat(physics.num_envs, 1)
+        """Direction of gravity, shape (num_envs, 3)."""
+        self.FORWARD_VEC_B = torch.tensor([1.0, 0.0, 0.0], device=device).repeat(physics.num_envs, 1)
+        """The root's forward direction, shape (num_envs, 3)."""
+
+    def invalidate(self) -> None:
+        """Forget cached values: the engine's state has changed."""
+        self._cache.clear()
+
+    def update(self, dt: float) -> None:
+        """Isaac Lab's name of :meth:`invalidate`."""
+        self._cache.clear()
+
+    # -- root pose
+
+    @cached
+    def root_link_pos_w(self) -> torch.Tensor:
+        """Root position in m, shape (num_envs, 3)."""
+        if self._qadr is not None:
+            pos = self._physics.field("qpos")[:, self._qadr : self._qadr + 3]
+        elif self._mocap is not None:
+            pos = self._physics.field("mocap_pos")[:, self._mocap]
+        else:
+            pos = self._physics.field("xpos")[:, self._root_body]
+        return pos + self._origins_w
+
+    @cached
+    def root_link_quat_w(self) -> torch.Tensor:
+        """Root orientation (w, x, y, z), shape (num_envs, 4)."""
+        if self._qadr is not None:
+            return self._physics.field("qpos")[:, self._qadr + 3 : self._qadr + 7].clone()
+        if self._mocap is not None:
+            return self._physics.field("mocap_quat")[:, self._mocap].clone()
+        return self._physics.field("xquat")[:, self._root_body].clone()
+
+    @cached
+    def root_link_pose_w(self) -> torch.Tensor:
+        """Root position and orientation, shape (num_envs, 7)."""
+        return torch.cat((self.root_link_pos_w, self.root_link_quat_w), dim=-1)
+
+    # -- root velocity
+
+    @cached
+    def root_link_vel_w(self) -> torch.Tensor:
+        """Velocity of the root's origin, linear (m/s) then angular (rad/s), shape (num_envs, 6)."""
+        if self._vadr is None:
+            return torch.zeros(self._physics.num_envs, 6, device=self._physics.device)
+        qvel = self._physics.field("qvel")[:, self._vadr : self._vadr + 6]
+        ang_w = math_utils.quat_apply(self.root_link_quat_w, qvel[:, 3:6])
+        return torch.cat((qvel[:, 0:3], ang_w), dim=-1)
+
+    @cached
+    def root_com_vel_w(self) -> torch.Tensor:
+        """Velocity of the root's centre of mass, linear (m/s) then angular (rad/s), shape (num_envs, 6)."""
+        vel = self.root_link_vel_w
+        if self._vadr is None or self._root_com_is_origin:
+            return vel
+        arm_w = math_utils.quat_apply(self.root_link_quat_w, self._com_b[:1].expand(len(vel), 3))
+        return torch.cat((vel[:, :3] + torch.linalg.cross(vel[:, 3:], arm_w), vel[:, 3:]), dim=-1)
+
+    @cached
+    def root_com_pose_w(self) -> torch.Tensor:
+        """Pose of the root's principal inertia frame, shape (num_envs, 7)."""
+        quat = self.root_link_quat_w
+        pos = self.root_link_pos_w + math_utils.quat_apply(quat, self._com_b[:1].expand(len(quat), 3))
+        return torch.cat((pos, math_utils.quat_mul(quat, self._iquat_b[:1].expand(len(quat), 4))), dim=-1)
+
+    @cached
+    def root_lin_vel_b(self) -> torch.Tensor:
+        """Linear velocity of the root's centre of mass in its link frame, shape (num_envs, 3)."""
+        return math_utils.quat_apply_inverse(self.root_link_quat_w, self.root_com_vel_w[:, :3])
+
+    @cached
+    def root_ang_vel_b(self) -> torch.Tensor:
+        """Angular velocity of the root in its link frame, shape (num_envs, 3)."""
+        return math_utils.quat_apply_inverse(self.root_link_quat_w, self.root_com_vel_w[:, 3:])
+
+    @cached
+    def root_link_lin_vel_b(self) -> torch.Tensor:
+        """Linear velocity of the root's origin in its link frame, shape (num_envs, 3)."""
+        return math_utils.quat_apply_inverse(self.root_link_quat_w, self.root_link_vel_w[:, :3])
+
+    @cached
+    def root_state_w(self) -> torch.Tensor:
+        """Link pose and centre-of-mass velocity of the root, shape (num_envs, 13)."""
+        return torch.cat((self.root_link_pose_w, self.root_com_vel_w), dim=-1)
+
+    @cached
+    def root_link_state_w(self) -> torch.Tensor:
+        """Link pose and link velocity of the root, shape (num_envs, 13)."""
+        return torch.cat((self.root_link_pose_w, self.root_link_vel_w), dim=-1)
+
+    @cached
+    def root_com_state_w(self) -> torch.Tensor:
+        """Centre-of-mass pose and velocity of the root, shape (num_envs, 13)."""
+        return torch.cat((self.root_com_pose_w, self.root_com_vel_w), dim=-1)
+
+    @cached
+    def projected_gravity_b(self) -> torch.Tensor:
+        """Direction of gravity in the root's frame, shape (num_envs, 3)."""
+        return math_utils.quat_apply_inverse(self.root_link_quat_w, self.GRAVITY_VEC_W)
+
+    @cached
+    def heading_w(self) -> torch.Tensor:
+        """Yaw of the root's forward direction in rad, shape (num_envs,)."""
+        forward_w = math_utils.quat_apply(self.root_link_quat_w, self.FORWARD_VEC_B)
+        return torch.atan2(forward_w[:, 1], forward_w[:, 0])
+
+    # -- bodies
+
+    @cached
+    def body_link_pos_w(self) -> torch.Tensor:
+        """Positions of the bodies in m, shape (num_envs, num_bodies, 3)."""
+        return self._physics.field("xpos")[:, self._body_cols] + self._origins_w[:, None]
+
+    @cached
+    def body_link_quat_w(self) -> torch.Tensor:
+        """Orientations of the bodies (w, x, y, z), shape (num_envs, num_bodies, 4)."""
+        return self._physics.field("xquat")[:, self._body_cols].clone()
+
+    @cached
+    def body_link_pose_w(self) -> torch.Tensor:
+        """Positions and orientations of the bodies, shape (num_envs, num_bodies, 7)."""
+        return torch.cat((self.body_link_pos_w, self.body_link_quat_w), dim=-1)
+
+    def _velocity_at(self, points: torch.Tensor) -> torch.Tensor:
+        """Velocity of the bodies at points given without origins, linear then angular."""
+        cvel = self._physics.field("cvel")[:, self._body_cols]
+        centre = self._physics.field("subtree_com")[:, self._tree_root, None]
+        ang, lin = cvel[..., :3], cvel[..., 3:]
+        return torch.cat((lin + torch.linalg.cross(ang, points - centre), ang), dim=-1)
+
+    @cached
+    def body_com_vel_w(self) -> torch.Tensor:
+        """Velocities of the bodies' centres of mass, shape (num_envs, num_bodies, 6)."""
+        return self._velocity_at(self._physics.field("xipos")[:, self._body_cols])
+
+    @cached
+    def body_link_vel_w(self) -> torch.Tensor:
+        """Velocities of the bodies' origins, shape (num_envs, num_bodies, 6)."""
+        return self._velocity_at(self._physics.field("xpos")[:, self._body_cols])
+
+    @cached
+    def body_com_pos_w(self) -> torch.Tensor:
+        """Centres of mass of the bodies in m, shape (num_envs, num_bodies, 3)."""
+        return self._physics.field("xipos")[:, self._body_cols] + self._origins_w[:, None]
+
+    @cached
+    def body_com_quat_w(self) -> torch.Tensor:
+        """Orientations of the principal axes of inertia, shape (num_envs, num_bodies, 4)."""
+        quat = self.body_link_quat_w
+        return math_utils.quat_mul(quat, self._iquat_b.expand_as(quat))
+
+    @cached
+    def body_com_pose_w(self) -> torch.Tensor:
+        """Poses of the principal inertia frames, shape (num_envs, num_bodies, 7)."""
+        return torch.cat((self.body_com_pos_w, self.body_com_quat_w), dim=-1)
+
+    @cached
+    def body_state_w(self) -> torch.Tensor:
+        """Link poses and centre-of-mass velocities, shape (num_envs, num_bodies, 13)."""
+        return torch.cat((self.body_link_pose_w, self.body_com_vel_w), dim=-1)
+
+    @cached
+    def body_link_state_w(self) -> torch.Tensor:
+        """Link poses and link velocities, shape (num_envs, num_bodies, 13)."""
+        return torch.cat((self.body_link_pose_w, self.body_link_vel_w), dim=-1)
+
+    @cached
+    def body_com_state_w(self) -> torch.Tensor:
+        """Centre-of-mass poses and velocities, shape (num_envs, num_bodies, 13)."""
+        return torch.cat((self.body_com_pose_w, self.body_com_vel_w), dim=-1)
+
+    @cached
+    def body_com_acc_w(self) -> torch.Tensor:
+        """Accelerations of the bodies' centres of mass without gravity's, shape (num_envs, num_bodies, 6).
+
+        Of the last physics substep (the engine computes accelerations while it steps).
+        """
+        cacc = self._physics.field("cacc")[:, self._body_cols]
+        points = self._physics.field("xipos")[:, self._body_cols]
+        centre = self._physics.field("subtree_com")[:, self._tree_root, None]
+        ang, lin = cacc[..., :3], cacc[..., 3:]
+        vel = self.body_com_vel_w
+        lin = lin + torch.linalg.cross(ang, points - centre) + torch.linalg.cross(vel[..., 3:], vel[..., :3])
+        gravity = torch.tensor(self._physics.model.opt.gravity, dtype=lin.dtype, device=lin.device)
+        return torch.cat((lin + gravity, ang), dim=-1)
+
+    @property
+    def body_com_pos_b(self) -> torch.Tensor:
+        """Centres of mass in the link frames, shape (num_envs, num_bodies, 3)."""
+        return self._com_b.expand(self._physics.num_envs, *self._com_b.shape)
+
+    @property
+    def body_com_quat_b(self) -> torch.Tensor:
+        """Principal axes in the link frames (w, x, y, z), shape (num_envs, num_bodies, 4)."""
+        return self._iquat_b.expand(self._physics.num_envs, *self._iquat_b.shape)
+
+
+def _part(source: str, columns: slice, doc: str) -> property:
+    def read(self: BodyData) -> torch.Tensor:
+        return getattr(self, source)[..., columns]
+
+    read.__doc__ = doc
+    return property(read)
+
+
+# Isaac Lab's other names for parts of the above
+_LIN, _ANG = slice(0, 3), slice(3, 6)
+for _name, _source, _columns in (
+    ("root_pos_w", "root_link_pos_w", slice(None)),
+    ("root_quat_w", "root_link_quat_w", slice(None)),
+    ("root_pose_w", "root_link_pose_w", slice(None)),
+    ("root_vel_w", "root_com_vel_w", slice(None)),
+    ("root_lin_vel_w", "root_com_vel_w", _LIN),
+    ("root_ang_vel_w", "root_com_vel_w", _ANG),
+    ("root_com_lin_vel_w", "root_com_vel_w", _LIN),
+    ("root_com_ang_vel_w", "root_com_vel_w", _ANG),
+    ("root_com_pos_w", "root_com_pose_w", slice(0, 3)),
+    ("root_com_quat_w", "root_com_pose_w", slice(3, 7)),
+    ("root_link_lin_vel_w", "root_link_vel_w", _LIN),
+    ("root_link_ang_vel_w", "root_link_vel_w", _ANG),
+    ("root_com_lin_vel_b", "root_lin_vel_b", slice(None)),
+    ("root_com_ang_vel_b", "root_ang_vel_b", slice(None)),
+    ("root_link_ang_vel_b", "root_ang_vel_b", slice(None)),
+    ("body_pos_w", "body_link_pos_w", slice(None)),
+    ("body_quat_w", "body_link_quat_w", slice(None)),
+    ("body_pose_w", "body_link_pose_w", slice(None)),
+    ("body_vel_w", "body_com_vel_w", slice(None)),
+    ("body_lin_vel_w", "body_com_vel_w", _LIN),
+    ("body_ang_vel_w", "body_com_vel_w", _ANG),
+    ("body_com_lin_vel_w", "body_com_vel_w", _LIN),
+    ("body_com_ang_vel_w", "body_com_vel_w", _ANG),
+    ("body_link_lin_vel_w", "body_link_vel_w", _LIN),
+    ("body_link_ang_vel_w", "body_link_vel_w", _ANG),
+    ("body_acc_w", "body_com_acc_w", slice(None)),
+    ("body_lin_acc_w", "body_com_acc_w", _LIN),
+    ("body_ang_acc_w", "body_com_acc_w", _ANG),
+    ("body_com_lin_acc_w", "body_com_acc_w", _LIN),
+    ("body_com_ang_acc_w", "body_com_acc_w", _ANG),
+    ("com_pos_b", "body_com_pos_b", slice(None)),
+    ("com_quat_b", "body_com_quat_b", slice(None)),
+):
+    setattr(
+        BodyData,
+        _name,
+        _part(_source, _columns, f"Isaac Lab's name for {_source}{[_columns.start, _columns.stop]}."),
+    )

@@ -1,0 +1,283 @@
+"""What articulations and rigid objects share: a root that can be placed, wrenches, masses and friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import torch
+
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError, PhysicsError
+from lift_lab.utils.string import resolve_matching_names
+
+from .asset_base import AssetBase, EnvIds, as_columns
+from .body_data import BodyData
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+
+class MovableAsset(AssetBase):
+    """An asset with bodies whose state is simulated."""
+
+    _data: BodyData
+
+    @property
+    def num_bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.body_names)
+
+    @property
+    def body_names(self) -> list[str]:
+        """Names of the bodies, in the engine's order."""
+        return self._body_names
+
+    @property
+    def is_fixed_base(self) -> bool:
+        """Whether the root is fixed to the world."""
+        return self._qadr is None
+
+    def find_bodies(self, name_keys: str | Sequence[str], preserve_order: bool = False) -> tuple[list[int], list[str]]:
+        """Indices and names of the bodies that match regular expressions.
+
+        Raises:
+            ValueError: a pattern matches nothing, or a name matches two patterns.
+        """
+        return resolve_matching_names(name_keys, self.body_names, preserve_order)
+
+    def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
+        """Find bodies and the root joint in the compiled model (see :class:`AssetBase`)."""
+        super().initialize(physics, env_origins_w)
+        model = physics.model
+        self._ids = self._body_ids()
+        if not self._ids:
+            raise ConfigError(f"scene.{self.name}: '{self.cfg.prim_path}' holds no rigid body; use AssetBaseCfg for it")
+        self._body_names = [self._local_name(model.body(i).name) for i in self._ids]
+        root = self._ids[0]
+        joint = model.body_jntadr[root]
+        free = joint >= 0 and int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+        self._qadr = int(model.jnt_qposadr[joint]) if free else None
+        self._vadr = int(model.jnt_dofadr[joint]) if free else None
+        mocap = int(model.body_mocapid[root])
+        self._mocap = mocap if mocap >= 0 else None
+        self._geom_ids = [g for g in range(model.ngeom) if model.geom_bodyid[g] in set(self._ids)]
+        self._wrench_set = False
+        self._force_b = torch.zeros(physics.num_envs, len(self._ids), 6, device=physics.device)
+        self._make_data()
+        state = self.cfg.init_state
+        default = torch.tensor(
+            [
+                *state.pos,
+                *state.rot,
+                *getattr(state, "lin_vel", (0.0,) * 3),
+                *getattr(state, "ang_vel", (0.0,) * 3),
+            ],
+            dtype=torch.float32,
+            device=physics.device,
+        )
+        default[3:7] /= default[3:7].norm()
+        self._data.default_root_state[:] = default
+        if not self.is_fixed_base:
+            self.write_root_velocity_to_sim(self._data.default_root_state[:, 7:])
+
+    def _make_data(self) -> None:
+        raise NotImplementedError  # each kind of asset makes its own
+
+    def update(self, dt: float) -> None:
+        """Forget cached data: the engine's state has changed."""
+        self._data.invalidate()
+
+    def reset(self, env_ids: EnvIds = None) -> None:
+        """Remove external wrenches of some environments."""
+        if self._wrench_set:
+            ids = self._env_ids(env_ids)
+            self._force_b[slice(None) if ids is None else ids] = 0.0
+            self._write_wrench()
+            self._wrench_set = bool(self._force_b.any())
+
+    def write_data_to_sim(self) -> None:
+        """Send external wrenches to the engine."""
+        if self._wrench_set:
+            self._write_wrench()
+
+    # -- root
+
+    def write_root_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set pose and centre-of-mass velocity of the root, shape (n, 13), world frame."""
+        self.write_root_pose_to_sim(root_state[:, :7], env_ids)
+        self.write_root_velocity_to_sim(root_state[:, 7:], env_ids)
+
+    def write_root_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set the root's link pose.
+
+        Args:
+            root_pose: position (m) and orientation (w, x, y, z) in the world, shape (n, 7).
+            env_ids: environments, or None for all.
+
+        Raises:
+            PhysicsError: the root is fixed to the world elsewhere than where it is put.
+        """
+        ids = self._env_ids(env_ids)
+        origins_w = self._env_origins_w if ids is None else self._env_origins_w[ids]
+        pos_e = root_pose[:, :3] - origins_w
+        if self._qadr is not None:
+            pose = torch.cat((pos_e, root_pose[:, 3:7]), dim=-1)
+            self._physics.write("qpos", pose, ids, slice(self._qadr, self._qadr + 7))
+        elif self._mocap is not None:
+            self._physics.write("mocap_pos", pos_e, ids, slice(3 * self._mocap, 3 * self._mocap + 3))
+            self._physics.write("mocap_quat", root_pose[:, 3:7], ids, slice(4 * self._mocap, 4 * self._mocap + 4))
+        else:
+            self._check_fixed(pos_e, root_pose[:, 3:7])
+        self._data.invalidate()
+
+    write_root_link_pose_to_sim = write_root_pose_to_sim
+
+    def _check_fixed(self, pos_e: torch.Tensor, quat: torch.Tensor) -> None:
+        """A root that is fixed to the world can only be put where it stands."""
+        model = self._physics.model
+        home = torch.tensor(model.body_pos[self._ids[0]], dtype=pos_e.dtype, device=pos_e.device)
+        if self._physics.device.type == "cpu" and (pos_e - home).abs().max() > 1e-3:
+            raise PhysicsError(
+                f"'{self.name}' is fixed to the world and cannot be moved; free it with "
+                "articulation_props.fix_root_link=False, or make it kinematic"
+            )
+
+    def write_root_velocity_to_sim(self, root_velocity: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set the velocity of the root's centre of mass, linear (m/s) then angular (rad/s), shape (n, 6), world."""
+        self._write_root_velocity(root_velocity, env_ids, at_com=True)
+
+    write_root_com_velocity_to_sim = write_root_velocity_to_sim
+
+    def write_root_link_velocity_to_sim(self, root_velocity: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set the velocity of the root's origin, linear (m/s) then angular (rad/s), shape (n, 6), world."""
+        self._write_root_velocity(root_velocity, env_ids, at_com=False)
+
+    def write_root_link_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set pose and link velocity of the root, shape (n, 13), world frame."""
+        self.write_root_pose_to_sim(root_state[:, :7], env_ids)
+        self.write_root_link_velocity_to_sim(root_state[:, 7:], env_ids)
+
+    def _write_root_velocity(self, vel_w: torch.Tensor, env_ids: EnvIds, at_com: bool) -> None:
+        if self._vadr is None or self._qadr is None:
+            return
+        ids = self._env_ids(env_ids)
+        qpos = self._physics.field("qpos")
+        quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
+        lin, ang = vel_w[:, :3], vel_w[:, 3:]
+        if at_com and not self._data._root_com_is_origin:
+            arm_w = math_utils.quat_apply(quat, self._data._com_b[:1].expand(len(quat), 3))
+            lin = lin - torch.linalg.cross(ang, arm_w)
+        qvel = torch.cat((lin, math_utils.quat_apply_inverse(quat, ang)), dim=-1)
+        self._physics.write("qvel", qvel, ids, slice(self._vadr, self._vadr + 6))
+        self._data.invalidate()
+
+    # -- wrenches
+
+    def set_external_force_and_torque(
+        self,
+        forces: torch.Tensor,
+        torques: torch.Tensor,
+        body_ids: Sequence[int] | slice | None = None,
+        env_ids: EnvIds = None,
+        is_global: bool = False,
+    ) -> None:
+        """Set wrenches on bodies' centres of mass; they act until changed.
+
+        Args:
+            forces: in N, shape (n, num bodies chosen, 3).
+            torques: in N m, same shape.
+            body_ids: bodies, or None for all.
+            env_ids: environments, or None for all.
+            is_global: whether the wrench is in the world frame; else in each body's link frame.
+        """
+        ids = self._env_ids(env_ids)
+        rows = slice(None) if ids is None else ids
+        wrench = torch.cat((forces, torques), dim=-1)
+        if is_global:
+            quat = self._data.body_link_quat_w[rows][:, body_ids if body_ids is not None else slice(None)]
+            wrench = torch.cat(
+                (math_utils.quat_apply_inverse(quat, forces), math_utils.quat_apply_inverse(quat, torques)),
+                dim=-1,
+            )
+        if body_ids is None or isinstance(body_ids, slice):
+            self._force_b[rows, body_ids or slice(None)] = wrench
+        else:
+            cols = torch.as_tensor(body_ids, device=self._force_b.device)
+            if ids is None:
+                self._force_b[:, cols] = wrench
+            else:
+                self._force_b[ids[:, None], cols] = wrench
+        self._wrench_set = True
+
+    def _write_wrench(self) -> None:
+        quat = self._data.body_link_quat_w
+        force_w = math_utils.quat_apply(quat, self._force_b[..., :3].contiguous())
+        torque_w = math_utils.quat_apply(quat, self._force_b[..., 3:].contiguous())
+        wrench = torch.cat((force_w, torque_w), dim=-1).flatten(1)
+        cols = as_columns([6 * b + k for b in self._ids for k in range(6)])
+        self._physics.write("xfrc_applied", wrench, None, cols)
+
+    # -- model fields of each environment
+
+    def _model_field(self, name: str) -> torch.Tensor:
+        return self._physics.randomizable(name)
+
+    def get_masses(self) -> torch.Tensor:
+        """Current masses in kg, shape (num_envs, num_bodies)."""
+        return self._model_field("body_mass")[:, self._ids].float()
+
+    def write_body_mass_to_sim(
+        self,
+        masses: torch.Tensor,
+        body_ids: Sequence[int] | torch.Tensor | None = None,
+        env_ids: EnvIds = None,
+        recompute_inertia: bool = True,
+    ) -> None:
+        """Set masses of bodies.
+
+        Args:
+            masses: in kg, shape (n, num bodies chosen).
+            body_ids: bodies, or None for all.
+            env_ids: environments, or None for all.
+            recompute_inertia: whether inertias scale with the mass (relative to their defaults).
+
+        Raises:
+            ConfigError: a mass that is not positive.
+        """
+        if bool((masses <= 0).any()):
+            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+        rows = self._rows(env_ids)
+        chosen = list(range(self.num_bodies)) if body_ids is None else [int(b) for b in body_ids]
+        cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
+        mass = self._model_field("body_mass")
+        mass[rows[:, None], cols] = masses.to(mass.dtype)
+        if recompute_inertia:
+            inertia = self._model_field("body_inertia")
+            ratio = masses / self._data.default_mass[rows][:, chosen]
+            value = self._data.default_inertia[rows][:, chosen] * ratio[..., None]
+            inertia[rows[:, None], cols] = value.to(inertia.dtype)
+        self._physics.recompute_constants()
+
+    def write_friction_to_sim(
+        self, friction: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set the sliding friction of all colliders of some bodies.
+
+        Args:
+            friction: coefficient, shape (n,) or (n, 1).
+            body_ids: bodies, or None for all.
+            env_ids: environments, or None for all.
+        """
+        rows = self._rows(env_ids)
+        model = self._physics.model
+        wanted = {self._ids[b] for b in (body_ids if body_ids is not None else range(self.num_bodies))}
+        geoms = [g for g in self._geom_ids if model.geom_bodyid[g] in wanted]
+        field = self._model_field("geom_friction")
+        cols = torch.tensor(geoms, device=rows.device)
+        field[rows[:, None], cols, 0] = friction.reshape(-1, 1).to(field.dtype)
+
+    def _rows(self, env_ids: EnvIds) -> torch.Tensor:
+        ids = self._env_ids(env_ids)
+        return torch.arange(self.num_instances, device=self._physics.device) if ids is None else ids

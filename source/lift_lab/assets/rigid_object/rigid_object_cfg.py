@@ -1,0 +1,25 @@
+"""Config of a rigid object."""
+
+from __future__ import annotations
+
+from lift_lab.utils import configclass
+
+from ..asset_base_cfg import AssetBaseCfg
+from .rigid_object import RigidObject
+
+
+@configclass
+class RigidObjectCfg(AssetBaseCfg):
+    """A single rigid body."""
+
+    @configclass
+    class InitialStateCfg(AssetBaseCfg.InitialStateCfg):
+        """Pose and velocity at start, in the environment's frame."""
+
+        lin_vel: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        """Linear velocity in m/s."""
+        ang_vel: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        """Angular velocity in rad/s."""
+
+    class_type: type = RigidObject
+    init_state: InitialStateCfg = InitialStateCfg()

@@ -1,0 +1,39 @@
+"""The camera's config and the types that environments return."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import torch
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class ViewerCfg:
+    """Where the camera of rendered frames stands."""
+
+    eye: tuple[float, float, float] = (7.5, 7.5, 7.5)
+    """Position of the camera in m."""
+    lookat: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Point that it looks at in m."""
+    cam_prim_path: str = "/OmniverseKit_Persp"
+    """Isaac Lab's prim path of the camera. A label here."""
+    resolution: tuple[int, int] = (1280, 720)
+    """Width and height of a frame in pixels."""
+    origin_type: Literal["world", "env", "asset_root", "asset_body"] = "world"
+    """What :attr:`eye` and :attr:`lookat` are relative to: the origin of the environment drawn (``world``, ``env``: it
+    is the one environment in the frame), the root of an asset, or one of its bodies."""
+    env_index: int = 0
+    """The environment that is drawn."""
+    asset_name: str | None = None
+    """The asset, for ``asset_root`` and ``asset_body``."""
+    body_name: str | None = None
+    """The body, for ``asset_body``."""
+
+
+VecEnvObs = dict[str, torch.Tensor | dict[str, torch.Tensor]]
+"""Observations by group: a tensor of shape (num_envs, dim), or a dict of terms where the group keeps them apart."""
+
+VecEnvStepReturn = tuple[VecEnvObs, torch.Tensor, torch.Tensor, torch.Tensor, dict]
+"""Observations, rewards, terminated, truncated (each of shape (num_envs,)) and extras."""

@@ -1,0 +1,305 @@
+"""An environment without rewards: a scene, and managers for actions, observations, events and recordings."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import torch
+
+from lift_lab.managers import ActionManager, EventManager, ObservationManager, RecorderManager
+from lift_lab.scene import InteractiveScene
+from lift_lab.sim import SimulationContext
+from lift_lab.sim.ignored import note_ignored, report_ignored
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.seed import configure_seed
+
+from .common import VecEnvObs
+from .manager_based_env_cfg import ManagerBasedEnvCfg
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+logger = logging.getLogger(__name__)
+
+_IGNORED = {
+    "ui_window_class_type": (None, "there is no window"),
+    "rerender_on_reset": (False, "there are no rendered sensors"),
+    "num_rerenders_on_reset": (0, "there are no rendered sensors"),
+    "wait_for_textures": (True, "there are no rendered sensors"),
+    "xr": (None, "there are no XR devices"),
+    "teleop_devices": (None, "there are no teleoperation devices"),
+    "export_io_descriptors": (False, "there are no IO descriptors"),
+}
+"""Fields of the config that have no effect: their default, and why."""
+
+
+class ManagerBasedEnv:
+    """``num_envs`` copies of a scene, stepped together.
+
+    One environment step is ``cfg.decimation`` physics steps. Where nothing has to be computed between them, the
+    engine takes them in one call.
+    """
+
+    cfg: ManagerBasedEnvCfg
+    """The config."""
+    sim: SimulationContext
+    """The simulation."""
+    scene: InteractiveScene
+    """The scene."""
+    extras: dict[str, Any]
+    """What is returned besides observations; ``extras["log"]`` is what the last resets logged."""
+    obs_buf: VecEnvObs
+    """The last observations."""
+
+    def __init__(self, cfg: ManagerBasedEnvCfg):
+        """Build the scene, start the simulation and create the managers.
+
+        Raises:
+            TypeError: the config lacks values; the message lists the path of each.
+            ConfigError: something in the config cannot be built.
+        """
+        cfg.validate()
+        if cfg.decimation < 1:
+            raise ConfigError(f"decimation must be at least 1, got {cfg.decimation}")
+        self.cfg = cfg
+        self._is_closed = False
+        if cfg.seed is None:
+            logger.warning("cfg.seed is None: the random numbers of this run cannot be repeated")
+        else:
+            cfg.seed = self.seed(cfg.seed)
+        self._note_ignored()
+        self.sim = SimulationContext(cfg.sim)
+        try:
+            self._build()
+        except BaseException:
+            self.close()
+            raise
+        report_ignored()
+        logger.info("%s", self)
+
+    def _build(self) -> None:
+        """The part of construction after which the simulation has to be closed."""
+        self._sim_step_counter = 0
+        self.extras = {}
+        self.obs_buf = {}
+        self._create_buffers()
+        self.scene = InteractiveScene(self.cfg.scene)
+        self.event_manager = EventManager(self.cfg.events, self)
+        if "prestartup" in self.event_manager.available_modes:
+            self.event_manager.apply(mode="prestartup")
+        self.sim.reset()
+        self.scene.update(dt=self.physics_dt)
+        self.load_managers()
+        terms = [self.action_manager.get_term(name) for name in self.action_manager.active_terms]
+        self._actions_are_constant = all(getattr(term, "constant_over_substeps", False) for term in terms)
+        self._apply_startup_events()
+
+    def _create_buffers(self) -> None:
+        """Make what terms may read while the managers are created."""
+
+    def load_managers(self) -> None:
+        """Create the managers that need the running simulation."""
+        self.recorder_manager = RecorderManager(self.cfg.recorders, self)
+        self.action_manager = ActionManager(self.cfg.actions, self)
+        self.observation_manager = ObservationManager(self.cfg.observations, self)
+
+    def _apply_startup_events(self) -> None:
+        if "startup" in self.event_manager.available_modes:
+            self.event_manager.apply(mode="startup")
+            self._refresh(None)
+
+    def _note_ignored(self) -> None:
+        for name, (default, reason) in _IGNORED.items():
+            if getattr(self.cfg, name) != default:
+                note_ignored(name, reason)
+
+    # -- what it is
+
+    @property
+    def num_envs(self) -> int:
+        """Number of environments."""
+        return self.cfg.scene.num_envs
+
+    @property
+    def device(self) -> str:
+        """Torch device of every tensor."""
+        return self.sim.device
+
+    @property
+    def physics_dt(self) -> float:
+        """Physics step in s."""
+        return self.cfg.sim.dt
+
+    @property
+    def step_dt(self) -> float:
+        """Environment step in s."""
+        return self.cfg.sim.dt * self.cfg.decimation
+
+    @property
+    def unwrapped(self) -> ManagerBasedEnv:
+        """This environment."""
+        return self
+
+    def __str__(self) -> str:
+        lines = [
+            f"{type(self).__name__} on {self.device}, seed {self.cfg.seed}",
+            f"physics step {self.physics_dt:g} s, environment step {self.step_dt:g} s",
+            str(self.scene),
+        ]
+        return "\n".join(lines + [str(manager) for manager in self._managers()])
+
+    def _managers(self) -> list[Any]:
+        """The managers, in the order in which their tables are shown."""
+        return [self.event_manager, self.recorder_manager, self.action_manager, self.observation_manager]
+
+    # -- running
+
+    @staticmethod
+    def seed(seed: int = -1) -> int:
+        """Seed torch, numpy and random; -1 draws a seed. Returns the seed."""
+        return configure_seed(seed)
+
+    def reset(
+        self,
+        seed: int | None = None,
+        env_ids: Sequence[int] | torch.Tensor | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[VecEnvObs, dict[str, Any]]:
+        """Reset environments and observe.
+
+        Args:
+            seed: seed for all random numbers; None leaves them as they are.
+            env_ids: environments to reset; None resets all.
+            options: gymnasium's; not used.
+
+        Returns:
+            Observations of all environments, and extras.
+        """
+        ids = self._as_ids(env_ids)
+        self.recorder_manager.record_pre_reset(ids)
+        if seed is not None:
+            self.seed(seed)
+        self._reset_idx(ids)
+        return self._after_reset(ids)
+
+    def reset_to(
+        self,
+        state: dict[str, dict[str, dict[str, torch.Tensor]]],
+        env_ids: Sequence[int] | torch.Tensor | None,
+        seed: int | None = None,
+        is_relative: bool = False,
+    ) -> tuple[VecEnvObs, dict[str, Any]]:
+        """Reset environments, then put their assets into a state.
+
+        Args:
+            state: as ``scene.get_state()`` gives it, for the environments that are reset.
+            env_ids: environments to reset; None resets all.
+            seed: seed for all random numbers; None leaves them as they are.
+            is_relative: whether positions in the state are relative to the environments' origins.
+
+        Returns:
+            Observations of all environments, and extras.
+        """
+        ids = self._as_ids(env_ids)
+        self.recorder_manager.record_pre_reset(ids)
+        if seed is not None:
+            self.seed(seed)
+        self._reset_idx(ids)
+        self.scene.reset_to(state, ids, is_relative=is_relative)
+        return self._after_reset(ids)
+
+    def step(self, action: torch.Tensor) -> tuple[VecEnvObs, dict[str, Any]]:
+        """Advance by one environment step.
+
+        Args:
+            action: shape (num_envs, action_dim).
+
+        Returns:
+            Observations and extras.
+        """
+        self.action_manager.process_action(action.to(self.device))
+        self.recorder_manager.record_pre_step()
+        self._step_physics()
+        if "interval" in self.event_manager.available_modes:
+            self.event_manager.apply(mode="interval", dt=self.step_dt)
+        self.obs_buf = self.observation_manager.compute(update_history=True)
+        self.recorder_manager.record_post_step()
+        return self.obs_buf, self.extras
+
+    def close(self) -> None:
+        """Close recordings and free the simulation. May be called again."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        recorder = getattr(self, "recorder_manager", None)
+        if recorder is not None:
+            recorder.close()
+        self.sim.close()
+
+    # -- parts of a step
+
+    def _step_physics(self) -> None:
+        """Take ``decimation`` physics steps with the current actions; leaves the kinematics of the new state."""
+        physics, decimation = self.sim.physics, self.cfg.decimation
+        self._sim_step_counter += decimation
+        if self._actions_are_constant and not self.scene.requires_substep_writes and not self._records_substeps():
+            self.action_manager.apply_action()
+            self.scene.write_data_to_sim()
+            physics.step(decimation)
+            self._check_health(physics)
+            self.scene.update(dt=self.step_dt)
+            return
+        for _ in range(decimation):
+            self.action_manager.apply_action()
+            self.scene.write_data_to_sim()
+            physics.step(1)
+            self._check_health(physics)
+            self.scene.update(dt=self.physics_dt)
+            self.recorder_manager.record_post_physics_decimation_step()
+
+    def _check_health(self, physics: Physics) -> None:
+        """React to environments in which the physics failed."""
+
+    def _records_substeps(self) -> bool:
+        """Whether a recorder wants to see every physics step."""
+        return bool(self.recorder_manager.active_terms)
+
+    def _reset_idx(self, env_ids: torch.Tensor) -> None:
+        """Reset some environments; ``env_ids`` is a LongTensor. The kinematics are not refreshed."""
+        self._reset_scene(env_ids)
+        self.extras["log"] = {}
+        for manager in (
+            self.observation_manager,
+            self.action_manager,
+            self.event_manager,
+            self.recorder_manager,
+        ):
+            self.extras["log"].update(manager.reset(env_ids))
+
+    def _reset_scene(self, env_ids: torch.Tensor) -> None:
+        """Reset the entities' buffers and apply reset events."""
+        self.scene.reset(env_ids)
+        if "reset" in self.event_manager.available_modes:
+            step_count = self._sim_step_counter // self.cfg.decimation
+            self.event_manager.apply(mode="reset", env_ids=env_ids, global_env_step_count=step_count)
+
+    def _after_reset(self, env_ids: torch.Tensor) -> tuple[VecEnvObs, dict[str, Any]]:
+        """What :meth:`reset` does once the state is written."""
+        self.scene.write_data_to_sim()
+        self._refresh(env_ids)
+        self.recorder_manager.record_post_reset(env_ids)
+        self.obs_buf = self.observation_manager.compute(update_history=True)
+        return self.obs_buf, self.extras
+
+    def _refresh(self, env_ids: torch.Tensor | None) -> None:
+        """Make the kinematics of some environments current after their state was written."""
+        everything = env_ids is None or len(env_ids) == self.num_envs
+        self.sim.physics.refresh(None if everything else env_ids)
+        self.scene.update(dt=0.0)
+
+    def _as_ids(self, env_ids: Sequence[int] | torch.Tensor | None) -> torch.Tensor:
+        if env_ids is None:
+            return torch.arange(self.num_envs, device=self.device)
+        return torch.as_tensor(env_ids, dtype=torch.long, device=self.device)

@@ -1,0 +1,61 @@
+"""Config of an environment without rewards and terminations."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+from typing import Any
+
+from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
+from lift_lab.scene import InteractiveSceneCfg
+from lift_lab.sim import SimulationCfg
+from lift_lab.utils import configclass
+
+from . import mdp
+from .common import ViewerCfg
+
+
+@configclass
+class DefaultEventManagerCfg:
+    """The events of an environment that names none."""
+
+    reset_scene_to_default = EventTermCfg(func=mdp.reset_scene_to_default, mode="reset")
+
+
+@configclass
+class ManagerBasedEnvCfg:
+    """Config of :class:`ManagerBasedEnv`."""
+
+    viewer: ViewerCfg = ViewerCfg()
+    """Camera of rendered frames."""
+    sim: SimulationCfg = SimulationCfg()
+    """The simulation."""
+    ui_window_class_type: type | None = None
+    """Isaac Lab's window. Ignored: there is none."""
+    seed: int | None = None
+    """Seed of all random numbers; None leaves them unseeded, and runs differ."""
+    decimation: int = MISSING
+    """Physics steps in an environment step."""
+    scene: InteractiveSceneCfg = MISSING
+    """The scene."""
+    recorders: object = RecorderManagerBaseCfg()
+    """Recorder terms; by default nothing is recorded."""
+    observations: object = MISSING
+    """Observation groups."""
+    actions: object = MISSING
+    """Action terms."""
+    events: object = DefaultEventManagerCfg()
+    """Event terms; by default a reset puts everything into its default state."""
+    rerender_on_reset: bool = False
+    """Isaac Lab's switch for rendered sensors. Ignored: there are none."""
+    num_rerenders_on_reset: int = 0
+    """Isaac Lab's setting for rendered sensors. Ignored: there are none."""
+    wait_for_textures: bool = True
+    """Isaac Lab's switch for rendered sensors. Ignored: there are none."""
+    xr: Any = None
+    """Isaac Lab's XR device. Ignored: there is none."""
+    teleop_devices: Any = None
+    """Isaac Lab's teleoperation devices. Ignored: there are none."""
+    export_io_descriptors: bool = False
+    """Isaac Lab's export of observation and action descriptions. Ignored."""
+    log_dir: str | None = None
+    """Folder of the run's logs, for terms that write files; the training script sets it."""

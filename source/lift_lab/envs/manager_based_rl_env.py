@@ -1,0 +1,236 @@
+"""A reinforcement learning environment: rewards, terminations, commands and curricula besides the base's managers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import torch
+
+from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
+from lift_lab.utils.errors import ConfigError, suggest
+
+from ._camera import render_view
+from .common import VecEnvStepReturn
+from .manager_based_env import ManagerBasedEnv
+from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
+
+if TYPE_CHECKING:
+    from lift_lab.sim.physics.base import Physics
+
+
+class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
+    """A batch of environments that reset themselves: call :meth:`reset` once, then :meth:`step`.
+
+    The observation returned with a done flag is already that of the next episode.
+    """
+
+    is_vector_env: ClassVar[bool] = True
+    metadata: dict[str, Any] = {"render_modes": [None, "rgb_array"]}  # gymnasium's
+
+    cfg: ManagerBasedRLEnvCfg
+
+    common_step_counter: int
+    """Environment steps taken since construction; a resumed training sets it."""
+    episode_length_buf: torch.Tensor
+    """Steps taken in the current episode, shape (num_envs,)."""
+    reset_buf: torch.Tensor
+    """Whether the last step ended the episode, shape (num_envs,)."""
+    reset_terminated: torch.Tensor
+    """Whether it did for another reason than time, shape (num_envs,)."""
+    reset_time_outs: torch.Tensor
+    """Whether time ended it, shape (num_envs,)."""
+    reward_buf: torch.Tensor
+    """Reward of the last step, shape (num_envs,)."""
+
+    def __init__(self, cfg: ManagerBasedRLEnvCfg, render_mode: str | None = None, **kwargs: Any):
+        """Build the environment.
+
+        Args:
+            cfg: the config.
+            render_mode: None, or ``"rgb_array"`` for frames.
+            **kwargs: gymnasium's; not used.
+
+        Raises:
+            TypeError: the config lacks values; the message lists the path of each.
+            ConfigError: an unknown render mode, or something in the config that cannot be built.
+        """
+        modes = [mode for mode in self.metadata["render_modes"] if mode]
+        if render_mode is not None and render_mode not in modes:
+            raise ConfigError(f"unknown render_mode '{render_mode}': {suggest(render_mode, modes)}")
+        self.render_mode = render_mode
+        super().__init__(cfg)
+        self.metadata = {**type(self).metadata, "render_fps": 1.0 / self.step_dt}
+
+    def _create_buffers(self) -> None:
+        if not self.cfg.episode_length_s > 0:
+            raise ConfigError(f"episode_length_s must be positive, got {self.cfg.episode_length_s}")
+        self.common_step_counter = 0
+        num_envs, device = self.num_envs, self.device
+        self.episode_length_buf = torch.zeros(num_envs, dtype=torch.long, device=device)
+        self.reset_buf = torch.zeros(num_envs, dtype=torch.bool, device=device)
+        self.reset_terminated = torch.zeros_like(self.reset_buf)
+        self.reset_time_outs = torch.zeros_like(self.reset_buf)
+        self.reward_buf = torch.zeros(num_envs, device=device)
+        self._failed: torch.Tensor | None = None
+        self._failure_counts = dict.fromkeys(("nonfinite", "overflow"), 0.0)
+
+    def load_managers(self) -> None:
+        """Create the managers that need the running simulation, each after those that it reads."""
+        self.command_manager = CommandManager(self.cfg.commands, self)
+        super().load_managers()
+        self.termination_manager = TerminationManager(self.cfg.terminations, self)
+        self.reward_manager = RewardManager(self.cfg.rewards, self)
+        self.curriculum_manager = CurriculumManager(self.cfg.curriculum, self)
+        self._configure_gym_env_spaces()
+
+    def _managers(self) -> list[Any]:
+        return [
+            *super()._managers(),
+            self.command_manager,
+            self.termination_manager,
+            self.reward_manager,
+            self.curriculum_manager,
+        ]
+
+    # -- what it is
+
+    @property
+    def max_episode_length_s(self) -> float:
+        """Length of an episode in s."""
+        return self.cfg.episode_length_s
+
+    @property
+    def max_episode_length(self) -> int:
+        """Length of an episode in environment steps."""
+        return math.ceil(self.max_episode_length_s / self.step_dt)
+
+    def _configure_gym_env_spaces(self) -> None:
+        """Set the spaces of one environment and of the batch."""
+        manager = self.observation_manager
+        groups: dict[str, gym.Space] = {}
+        for group, names in manager.active_terms.items():
+            dims = manager.group_obs_dim[group]
+            if manager.group_obs_concatenate[group]:
+                groups[group] = _unbounded(dims)
+                continue
+            terms = {}
+            for name, dim, cfg in zip(names, dims, manager._group_obs_term_cfgs[group], strict=True):
+                terms[name] = _unbounded(dim) if cfg.clip is None else gym.spaces.Box(*cfg.clip, shape=dim)
+            groups[group] = gym.spaces.Dict(terms)
+        self.single_observation_space = gym.spaces.Dict(groups)
+        self.single_action_space = _unbounded((self.action_manager.total_action_dim,))
+        self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = gym.vector.utils.batch_space(self.single_action_space, self.num_envs)
+
+    # -- running
+
+    def step(self, action: torch.Tensor) -> VecEnvStepReturn:  # type: ignore[override]
+        """Advance by one environment step and reset the environments whose episode ended.
+
+        The order makes rewards and terminations read the kinematics of the state just reached, and the observations
+        of environments that were reset read their new state. Rewards come after terminations, which they may read,
+        and before resets, which would wipe what they read; commands come after resets, so that a new episode's
+        command is current in its first observation.
+
+        Args:
+            action: shape (num_envs, action_dim).
+
+        Returns:
+            Observations, rewards, terminated, truncated and extras.
+        """
+        self.action_manager.process_action(action.to(self.device))
+        self.recorder_manager.record_pre_step()
+        self._failed = None
+        self._step_physics()
+
+        self.episode_length_buf += 1
+        self.common_step_counter += 1
+        self.reset_buf = self.termination_manager.compute()
+        self.reset_terminated = self.termination_manager.terminated
+        self.reset_time_outs = self.termination_manager.time_outs
+        self.reward_buf = self.reward_manager.compute(dt=self.step_dt)
+        if self._failed is not None:
+            self._end_failed_episodes(self._failed)
+        if self.recorder_manager.active_terms:
+            self.obs_buf = self.observation_manager.compute()
+            self.recorder_manager.record_post_step()
+
+        reset_env_ids = self.reset_buf.nonzero().squeeze(-1)
+        if len(reset_env_ids) > 0:
+            self.recorder_manager.record_pre_reset(reset_env_ids)
+            self._reset_idx(reset_env_ids)
+            self._refresh(reset_env_ids)
+            self.recorder_manager.record_post_reset(reset_env_ids)
+
+        self.command_manager.compute(dt=self.step_dt)
+        if "interval" in self.event_manager.available_modes:
+            self.event_manager.apply(mode="interval", dt=self.step_dt)
+        self.obs_buf = self.observation_manager.compute(update_history=True)
+        return self.obs_buf, self.reward_buf, self.reset_terminated, self.reset_time_outs, self.extras
+
+    def render(self, recompute: bool = False) -> np.ndarray | None:  # type: ignore[override]
+        """Draw the current state from the camera of ``cfg.viewer``.
+
+        Args:
+            recompute: Isaac Lab's; every frame is drawn anew.
+
+        Returns:
+            RGB image, shape (height, width, 3), uint8; None when ``render_mode`` is None.
+
+        Raises:
+            PhysicsError: there is no OpenGL library to draw with.
+        """
+        return self.sim.render(render_view(self)) if self.render_mode == "rgb_array" else None
+
+    # -- parts of a step
+
+    def _check_health(self, physics: Physics) -> None:
+        """Put environments in which the physics failed back to the model's default state at once.
+
+        So no term ever reads their numbers. Their episodes end in :meth:`_end_failed_episodes`.
+        """
+        health = physics.health()
+        failed = health.failed
+        if not bool(failed.any()):
+            return
+        failed_ids = failed.nonzero().squeeze(-1)
+        physics.reset(failed_ids)
+        physics.refresh(failed_ids)
+        self._failed = failed if self._failed is None else self._failed | failed
+        self._failure_counts["nonfinite"] += float(health.nonfinite.sum())
+        self._failure_counts["overflow"] += float(health.overflow.sum())
+
+    def _end_failed_episodes(self, failed: torch.Tensor) -> None:
+        """Count environments in which the physics failed as terminated, with no reward for this step."""
+        self.reward_buf = self.reward_buf.masked_fill(failed, 0.0)
+        self.reset_buf = self.reset_buf | failed
+        self.reset_terminated = self.reset_terminated | failed
+        self.reset_time_outs = self.reset_time_outs & ~failed
+
+    def _reset_idx(self, env_ids: torch.Tensor) -> None:
+        self.curriculum_manager.compute(env_ids=env_ids)
+        self._reset_scene(env_ids)
+        log: dict[str, Any] = {}
+        self.extras["log"] = log
+        for manager in (
+            self.observation_manager,
+            self.action_manager,
+            self.reward_manager,
+            self.curriculum_manager,
+            self.command_manager,
+            self.event_manager,
+            self.termination_manager,
+            self.recorder_manager,
+        ):
+            log.update(manager.reset(env_ids))
+        for kind, count in self._failure_counts.items():
+            log[f"Metrics/physics/{kind}"] = count
+            self._failure_counts[kind] = 0.0
+        self.episode_length_buf[env_ids] = 0
+
+
+def _unbounded(shape: tuple[int, ...]) -> gym.spaces.Box:
+    return gym.spaces.Box(low=-np.inf, high=np.inf, shape=shape)

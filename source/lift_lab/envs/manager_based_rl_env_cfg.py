@@ -1,0 +1,28 @@
+"""Config of a reinforcement learning environment."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from lift_lab.utils import configclass
+
+from .manager_based_env_cfg import ManagerBasedEnvCfg
+
+
+@configclass
+class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
+    """Config of :class:`ManagerBasedRLEnv`."""
+
+    is_finite_horizon: bool = False
+    """Whether running out of time is the end of the task. If so, the learner is not told of time-outs and does not
+    bootstrap the value of the state that they cut short. Read by the learner's wrapper."""
+    episode_length_s: float = MISSING
+    """Length of an episode in s; it takes ceil(length / (decimation * sim.dt)) steps."""
+    rewards: object = MISSING
+    """Reward terms."""
+    terminations: object = MISSING
+    """Termination terms."""
+    curriculum: object | None = None
+    """Curriculum terms."""
+    commands: object | None = None
+    """Command terms."""

@@ -1,0 +1,166 @@
+"""Kinematics and dynamics of an arm's end effector in the arm's root frame, for the task-space actions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import torch
+
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError
+
+from .._tensors import columns, compact_index
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+
+
+class Offset(Protocol):
+    """A pose in a body's frame."""
+
+    pos: tuple[float, float, float]
+    rot: tuple[float, float, float, float]
+
+
+class EndEffector:
+    """A frame on a body of an articulation, moved by some of its joints.
+
+    Everything is in the root frame (``_b``): relative to the root's position, in its axes.
+    """
+
+    def __init__(
+        self, asset: Articulation, joint_names: Sequence[str], body_name: str, offset: Offset | None, owner: str
+    ):
+        """Find joints and body.
+
+        Raises:
+            ConfigError: the body name does not match exactly one body.
+        """
+        self.asset = asset
+        joint_ids, self.joint_names = asset.find_joints(joint_names)
+        self.joint_ids = compact_index(joint_ids, asset.num_joints, asset.device)
+        bodies, names = asset.find_bodies(body_name)
+        if len(bodies) != 1:
+            raise ConfigError(f"{owner}: body_name '{body_name}' must match one body, it matches {names}")
+        self.body_id = bodies[0]
+        self.body_name = names[0]
+        self._offset: tuple[torch.Tensor, torch.Tensor] | None = None
+        if offset is not None:
+            pos = torch.tensor([offset.pos], dtype=torch.float32, device=asset.device)
+            rot = torch.tensor([offset.rot], dtype=torch.float32, device=asset.device)
+            rot = rot / rot.norm()
+            count = asset.num_instances
+            self._offset = (pos.repeat(count, 1), rot.repeat(count, 1))
+
+    @property
+    def joint_pos(self) -> torch.Tensor:
+        """Positions of the joints, shape (num_envs, num_joints)."""
+        return columns(self.asset.data.joint_pos, self.joint_ids)
+
+    @property
+    def joint_vel(self) -> torch.Tensor:
+        """Velocities of the joints, shape (num_envs, num_joints)."""
+        return columns(self.asset.data.joint_vel, self.joint_ids)
+
+    def pose_b(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """Position (m) and orientation (wxyz), shapes (num_envs, 3) and (num_envs, 4)."""
+        data = self.asset.data
+        pos, quat = math_utils.subtract_frame_transforms(
+            data.root_pos_w,
+            data.root_quat_w,
+            data.body_pos_w[:, self.body_id],
+            data.body_quat_w[:, self.body_id],
+        )
+        if self._offset is None:
+            return pos, quat
+        return math_utils.combine_frame_transforms(pos, quat, *self._offset)
+
+    def jacobian_b(self) -> torch.Tensor:
+        """Motion of the frame for each joint, rows linear then angular, shape (num_envs, 6, num_joints)."""
+        jacobian = self.asset.get_jacobians(self.body_id)
+        jacobian = jacobian if self.joint_ids == slice(None) else jacobian[:, :, self.joint_ids]
+        linear, angular = jacobian[:, :3], jacobian[:, 3:]
+        if self._offset is not None:
+            arm_w = math_utils.quat_apply(self.asset.data.body_quat_w[:, self.body_id], self._offset[0])
+            linear = linear + torch.linalg.cross(angular, arm_w.unsqueeze(-1).expand_as(angular), dim=1)
+        to_b = math_utils.matrix_from_quat(self.asset.data.root_quat_w).mT
+        return torch.cat((to_b @ linear, to_b @ angular), dim=1)
+
+    def velocity_b(self) -> torch.Tensor:
+        """Velocity of the frame relative to the root, linear then angular, shape (num_envs, 6)."""
+        data = self.asset.data
+        velocity = data.body_link_vel_w[:, self.body_id] - data.root_link_vel_w
+        linear, angular = velocity[:, :3], velocity[:, 3:]
+        # the root's turning carries the frame along
+        carried = torch.linalg.cross(data.root_link_vel_w[:, 3:], data.body_pos_w[:, self.body_id] - data.root_pos_w)
+        linear = linear - carried
+        if self._offset is not None:
+            arm_w = math_utils.quat_apply(data.body_quat_w[:, self.body_id], self._offset[0])
+            linear = linear + torch.linalg.cross(angular, arm_w)
+        root = data.root_quat_w
+        return torch.cat(
+            (math_utils.quat_apply_inverse(root, linear), math_utils.quat_apply_inverse(root, angular)), dim=-1
+        )
+
+
+class JointDynamics:
+    """Inertia and gravity of an articulation in joint space, from the engine's spatial inertias and motion axes."""
+
+    def __init__(self, asset: Articulation, joint_ids: slice | torch.Tensor):
+        """Find which joints move which bodies."""
+        physics = asset._physics
+        model = physics.model
+        dofs = torch.tensor(asset._dof_ids, dtype=torch.long)[
+            joint_ids if isinstance(joint_ids, slice) else joint_ids.cpu()
+        ]
+        moves = torch.zeros(len(asset._ids), len(dofs))
+        for row, body in enumerate(asset._ids):
+            ancestor = body
+            while ancestor:
+                first = model.body_dofadr[ancestor]
+                own = (dofs >= first) & (dofs < first + model.body_dofnum[ancestor]) & (first >= 0)
+                moves[row, own] = 1.0
+                ancestor = model.body_parentid[ancestor]
+        self._physics = physics
+        self._asset = asset
+        self._joint_ids = joint_ids
+        self._bodies = torch.tensor(asset._ids, device=asset.device)
+        self._dofs = dofs.to(asset.device)
+        self._moves = moves.to(asset.device)
+        self._gravity_w = torch.tensor(model.opt.gravity, dtype=torch.float32, device=asset.device)
+
+    def mass_matrix(self) -> torch.Tensor:
+        """Joint-space inertia, shape (num_envs, num_joints, num_joints)."""
+        axes = self._axes()
+        momentum = torch.einsum("nbfg,nbjg->nbjf", self._spatial_inertia(), axes)
+        inertia = torch.einsum("nbif,nbjf->nij", axes, momentum)
+        armature = columns(self._asset.data.joint_armature, self._joint_ids)
+        return inertia + torch.diag_embed(armature)
+
+    def gravity_efforts(self) -> torch.Tensor:
+        """Efforts that hold the joints against the gravity that the engine does not compensate itself.
+
+        Shape (num_envs, num_joints).
+        """
+        inertia = self._physics.field("cinert")[:, self._bodies]
+        force = inertia[..., 9:10] * self._gravity_w
+        torque = torch.linalg.cross(inertia[..., 6:9], self._gravity_w.expand_as(force))
+        wrench = torch.cat((torque, force), dim=-1)
+        pulled = torch.einsum("nbjf,nbf->nj", self._axes(), wrench)
+        return -pulled - self._physics.field("qfrc_gravcomp")[:, self._dofs]
+
+    def _axes(self) -> torch.Tensor:
+        """Motion (angular, linear) of each body for each joint, shape (num_envs, num_bodies, num_joints, 6)."""
+        return self._physics.field("cdof")[:, None, self._dofs] * self._moves[None, :, :, None]
+
+    def _spatial_inertia(self) -> torch.Tensor:
+        """Matrices of MuJoCo's ten-number inertias (``mjData.cinert``), shape (num_envs, num_bodies, 6, 6)."""
+        packed = self._physics.field("cinert")[:, self._bodies]
+        xx, yy, zz, xy, xz, yz = packed[..., :6].unbind(-1)
+        rotational = torch.stack((xx, xy, xz, xy, yy, yz, xz, yz, zz), dim=-1).unflatten(-1, (3, 3))
+        coupling = math_utils.skew_symmetric_matrix(packed[..., 6:9].reshape(-1, 3)).view_as(rotational)
+        mass = packed[..., 9, None, None] * torch.eye(3, device=packed.device)
+        top = torch.cat((rotational, coupling), dim=-1)
+        bottom = torch.cat((coupling.mT, mass), dim=-1)
+        return torch.cat((top, bottom), dim=-2)

@@ -1,0 +1,114 @@
+"""Binary joint actions: one number opens or closes a gripper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import ActionTerm
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.string import resolve_matching_names_values
+
+from .._tensors import compact_index
+from .joint_actions import clip_limits
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+    from lift_lab.envs import ManagerBasedEnv
+
+    from . import actions_cfg
+
+
+class BinaryJointAction(ActionTerm):
+    """Base of the binary actions: a negative (or False) action closes, any other opens."""
+
+    cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
+    _asset: Articulation
+
+    constant_over_substeps = True
+
+    def __init__(
+        self,
+        cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg,
+        env: ManagerBasedEnv,
+    ):
+        super().__init__(cfg, env)
+        ids, self._joint_names = self._asset.find_joints(cfg.joint_names)
+        self._joint_ids = compact_index(ids, self._asset.num_joints, self.device)
+        self._raw_actions = torch.zeros(self.num_envs, 1, device=self.device)
+        self._processed_actions = torch.zeros(self.num_envs, len(ids), device=self.device)
+        self._open_command = self._command("open_command_expr", cfg.open_command_expr)
+        self._close_command = self._command("close_command_expr", cfg.close_command_expr)
+        self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+
+    def _command(self, field: str, expressions: dict[str, float]) -> torch.Tensor:
+        """Targets of all joints, shape (num_joints,)."""
+        ids, names, values = resolve_matching_names_values(expressions, self._joint_names)
+        missing = [name for name in self._joint_names if name not in names]
+        if missing:
+            raise ConfigError(f"{type(self).__name__}: {field} says nothing about {', '.join(missing)}")
+        command = torch.zeros(len(self._joint_names), device=self.device)
+        command[ids] = torch.tensor(values, dtype=command.dtype, device=self.device)
+        return command
+
+    @property
+    def action_dim(self) -> int:
+        """1."""
+        return 1
+
+    @property
+    def raw_actions(self) -> torch.Tensor:
+        """The action as it came in, shape (num_envs, 1)."""
+        return self._raw_actions
+
+    @property
+    def processed_actions(self) -> torch.Tensor:
+        """The joint targets, shape (num_envs, num_joints)."""
+        return self._processed_actions
+
+    def process_actions(self, actions: torch.Tensor) -> None:
+        """Choose the open or closed targets."""
+        self._raw_actions[:] = actions
+        self._processed_actions = torch.where(self._is_open(actions), self._open_command, self._close_command)
+        if self._clip is not None:
+            self._processed_actions = self._processed_actions.clamp(*self._clip)
+
+    def _is_open(self, actions: torch.Tensor) -> torch.Tensor:
+        return actions if actions.dtype == torch.bool else ~(actions < 0)
+
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+        """Forget the raw action of some environments."""
+        self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
+
+
+class BinaryJointPositionAction(BinaryJointAction):
+    """The chosen targets are joint positions."""
+
+    cfg: actions_cfg.BinaryJointPositionActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
+
+    def apply_actions(self) -> None:
+        """Set the position targets."""
+        self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_ids)
+
+
+class BinaryJointVelocityAction(BinaryJointAction):
+    """The chosen targets are joint velocities."""
+
+    cfg: actions_cfg.BinaryJointVelocityActionCfg
+
+    def apply_actions(self) -> None:
+        """Set the velocity targets."""
+        self._asset.set_joint_velocity_target(self._processed_actions, joint_ids=self._joint_ids)
+
+
+class AbsBinaryJointPositionAction(BinaryJointPositionAction):
+    """Opens where the action is above a threshold (or below it, with ``positive_threshold=False``)."""
+
+    cfg: actions_cfg.AbsBinaryJointPositionActionCfg
+
+    def _is_open(self, actions: torch.Tensor) -> torch.Tensor:
+        if self.cfg.positive_threshold:
+            return actions > self.cfg.threshold
+        return actions < self.cfg.threshold

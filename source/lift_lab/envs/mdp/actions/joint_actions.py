@@ -1,0 +1,154 @@
+"""Joint action terms: an affine map of the action becomes a position, velocity or effort target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import ActionTerm
+from lift_lab.utils.string import resolve_matching_names_values
+
+from .._tensors import columns, compact_index
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+    from lift_lab.envs import ManagerBasedEnv
+
+    from . import actions_cfg
+
+
+def values_of_names(
+    values: dict[str, float] | float, names: Sequence[str], default: float, num_envs: int, device: str
+) -> torch.Tensor | float:
+    """A number as it is; a dictionary of name patterns as a tensor of shape (num_envs, len(names))."""
+    if not isinstance(values, dict):
+        return float(values)
+    ids, _, found = resolve_matching_names_values(values, names)
+    result = torch.full((num_envs, len(names)), default, device=device)
+    result[:, ids] = torch.tensor(found, dtype=result.dtype, device=device)
+    return result
+
+
+def clip_limits(
+    clip: dict[str, tuple[float, float]] | None, names: Sequence[str], device: str
+) -> tuple[torch.Tensor, torch.Tensor] | None:
+    """Bounds for the named columns, two tensors of shape (1, len(names)); None where nothing is clipped."""
+    if clip is None:
+        return None
+    ids, _, found = resolve_matching_names_values(clip, names)
+    bounds = torch.tensor([[-torch.inf, torch.inf]], device=device).repeat(len(names), 1)
+    bounds[ids] = torch.tensor(found, dtype=bounds.dtype, device=device)
+    return bounds[None, :, 0], bounds[None, :, 1]
+
+
+class JointAction(ActionTerm):
+    """Base of the joint actions: ``processed = clip(raw * scale + offset)``, one column for each joint.
+
+    The joints are those that match the config's patterns, in the articulation's order unless ``preserve_order``.
+    """
+
+    cfg: actions_cfg.JointActionCfg
+    _asset: Articulation
+    _scale: torch.Tensor | float
+    """Factor of the raw action: a number, or shape (num_envs, action_dim)."""
+    _offset: torch.Tensor | float
+    """What is added to it: a number, or shape (num_envs, action_dim)."""
+
+    constant_over_substeps = True
+
+    def __init__(self, cfg: actions_cfg.JointActionCfg, env: ManagerBasedEnv):
+        super().__init__(cfg, env)
+        ids, self._joint_names = self._asset.find_joints(cfg.joint_names, preserve_order=cfg.preserve_order)
+        self._num_joints = len(ids)
+        self._joint_ids = compact_index(ids, self._asset.num_joints, self.device)
+        self._raw_actions = torch.zeros(self.num_envs, self.action_dim, device=self.device)
+        self._processed_actions = torch.zeros_like(self._raw_actions)
+        self._scale = values_of_names(cfg.scale, self._joint_names, 1.0, self.num_envs, self.device)
+        self._offset = values_of_names(cfg.offset, self._joint_names, 0.0, self.num_envs, self.device)
+        self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+
+    @property
+    def action_dim(self) -> int:
+        """Number of joints."""
+        return self._num_joints
+
+    @property
+    def raw_actions(self) -> torch.Tensor:
+        """The action as it came in, shape (num_envs, action_dim)."""
+        return self._raw_actions
+
+    @property
+    def processed_actions(self) -> torch.Tensor:
+        """The action in joint units, shape (num_envs, action_dim)."""
+        return self._processed_actions
+
+    def process_actions(self, actions: torch.Tensor) -> None:
+        """Scale, offset and clip the action."""
+        self._raw_actions[:] = actions
+        self._processed_actions = self._raw_actions * self._scale + self._offset
+        if self._clip is not None:
+            self._processed_actions = self._processed_actions.clamp(*self._clip)
+
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+        """Forget the raw action of some environments."""
+        self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
+
+
+class JointPositionAction(JointAction):
+    """The processed action is the joints' position target."""
+
+    cfg: actions_cfg.JointPositionActionCfg
+
+    def __init__(self, cfg: actions_cfg.JointPositionActionCfg, env: ManagerBasedEnv):
+        super().__init__(cfg, env)
+        if cfg.use_default_offset:
+            self._offset = columns(self._asset.data.default_joint_pos, self._joint_ids).clone()
+
+    def apply_actions(self) -> None:
+        """Set the position targets."""
+        self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_ids)
+
+
+class RelativeJointPositionAction(JointAction):
+    """The processed action is added to the joints' current positions, at every physics step."""
+
+    cfg: actions_cfg.RelativeJointPositionActionCfg
+
+    constant_over_substeps = False
+
+    def __init__(self, cfg: actions_cfg.RelativeJointPositionActionCfg, env: ManagerBasedEnv):
+        super().__init__(cfg, env)
+        if cfg.use_zero_offset:
+            self._offset = 0.0
+
+    def apply_actions(self) -> None:
+        """Set the position targets."""
+        target = self._processed_actions + columns(self._asset.data.joint_pos, self._joint_ids)
+        self._asset.set_joint_position_target(target, joint_ids=self._joint_ids)
+
+
+class JointVelocityAction(JointAction):
+    """The processed action is the joints' velocity target."""
+
+    cfg: actions_cfg.JointVelocityActionCfg
+
+    def __init__(self, cfg: actions_cfg.JointVelocityActionCfg, env: ManagerBasedEnv):
+        super().__init__(cfg, env)
+        if cfg.use_default_offset:
+            self._offset = columns(self._asset.data.default_joint_vel, self._joint_ids).clone()
+
+    def apply_actions(self) -> None:
+        """Set the velocity targets."""
+        self._asset.set_joint_velocity_target(self._processed_actions, joint_ids=self._joint_ids)
+
+
+class JointEffortAction(JointAction):
+    """The processed action is the joints' effort target."""
+
+    cfg: actions_cfg.JointEffortActionCfg
+
+    def apply_actions(self) -> None:
+        """Set the effort targets."""
+        self._asset.set_joint_effort_target(self._processed_actions, joint_ids=self._joint_ids)

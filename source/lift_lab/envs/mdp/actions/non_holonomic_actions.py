@@ -1,0 +1,85 @@
+"""Action of a mobile base that is modelled with three joints: x, y and yaw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import ActionTerm
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError
+
+from .._tensors import compact_index
+from .joint_actions import clip_limits
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+    from lift_lab.envs import ManagerBasedEnv
+
+    from . import actions_cfg
+
+
+class NonHolonomicAction(ActionTerm):
+    """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``."""
+
+    cfg: actions_cfg.NonHolonomicActionCfg
+    _asset: Articulation
+
+    constant_over_substeps = False
+
+    def __init__(self, cfg: actions_cfg.NonHolonomicActionCfg, env: ManagerBasedEnv):
+        super().__init__(cfg, env)
+        joints = [
+            self._only("joint", cfg.x_joint_name),
+            self._only("joint", cfg.y_joint_name),
+            self._only("joint", cfg.yaw_joint_name),
+        ]
+        self._body_idx = self._only("body", cfg.body_name)
+        self._joint_ids = compact_index(joints, self._asset.num_joints, self.device)
+        self._raw_actions = torch.zeros(self.num_envs, 2, device=self.device)
+        self._processed_actions = torch.zeros_like(self._raw_actions)
+        self._scale = torch.tensor([cfg.scale], dtype=torch.float32, device=self.device)
+        self._offset = torch.tensor([cfg.offset], dtype=torch.float32, device=self.device)
+        self._clip = clip_limits(cfg.clip, ["forward", "yaw"], self.device)
+
+    def _only(self, kind: str, name: str) -> int:
+        find = self._asset.find_joints if kind == "joint" else self._asset.find_bodies
+        ids, names = find(name)
+        if len(ids) != 1:
+            raise ConfigError(f"NonHolonomicAction: '{name}' must match one {kind}, it matches {names}")
+        return ids[0]
+
+    @property
+    def action_dim(self) -> int:
+        """2: forward speed and yaw rate."""
+        return 2
+
+    @property
+    def raw_actions(self) -> torch.Tensor:
+        """The action as it came in, shape (num_envs, 2)."""
+        return self._raw_actions
+
+    @property
+    def processed_actions(self) -> torch.Tensor:
+        """Forward speed in m/s and yaw rate in rad/s, shape (num_envs, 2)."""
+        return self._processed_actions
+
+    def process_actions(self, actions: torch.Tensor) -> None:
+        """Scale, offset and clip the action; ``clip`` names its columns ``forward`` and ``yaw``."""
+        self._raw_actions[:] = actions
+        self._processed_actions = self._raw_actions * self._scale + self._offset
+        if self._clip is not None:
+            self._processed_actions = self._processed_actions.clamp(*self._clip)
+
+    def apply_actions(self) -> None:
+        """Set the velocity targets for the current heading."""
+        yaw = math_utils.euler_xyz_from_quat(self._asset.data.body_quat_w[:, self._body_idx])[2]
+        forward, turn = self._processed_actions.unbind(dim=1)
+        target = torch.stack((forward * torch.cos(yaw), forward * torch.sin(yaw), turn), dim=1)
+        self._asset.set_joint_velocity_target(target, joint_ids=self._joint_ids)
+
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+        """Forget the raw action of some environments."""
+        self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0

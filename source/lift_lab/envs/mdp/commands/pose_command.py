@@ -1,0 +1,101 @@
+"""A pose drawn uniformly, in a robot's root frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import CommandTerm
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError
+
+from .._tensors import sample_ranges
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+    from lift_lab.envs import ManagerBasedRLEnv
+
+    from .commands_cfg import UniformPoseCommandCfg
+
+
+class UniformPoseCommand(CommandTerm):
+    """Positions and Euler angles drawn uniformly in the robot's root frame.
+
+    Metrics: ``position_error`` (m) and ``orientation_error`` (rad) of the body to the commanded pose, as they were at
+    the last step. They are computed at every step, so they are kept cheap: the commanded pose in the world changes
+    only with the command where the robot's base is fixed, and the angle follows from the distance of the quaternions.
+    """
+
+    cfg: UniformPoseCommandCfg
+
+    pose_command_b: torch.Tensor
+    """Commanded pose (m, wxyz) in the root frame, shape (num_envs, 7)."""
+
+    pose_command_w: torch.Tensor
+    """Commanded pose (m, wxyz) in the world frame, shape (num_envs, 7)."""
+
+    def __init__(self, cfg: UniformPoseCommandCfg, env: ManagerBasedRLEnv):
+        """Find the robot and its body.
+
+        Raises:
+            ConfigError: ``body_name`` does not match exactly one body.
+        """
+        super().__init__(cfg, env)
+        self.robot: Articulation = env.scene[cfg.asset_name]
+        bodies, names = self.robot.find_bodies(cfg.body_name)
+        if len(bodies) != 1:
+            raise ConfigError(
+                f"UniformPoseCommand: body_name '{cfg.body_name}' must match one body of '{cfg.asset_name}', "
+                f"it matches {names}"
+            )
+        self.body_idx = bodies[0]
+        self.pose_command_b = torch.zeros(self.num_envs, 7, device=self.device)
+        self.pose_command_b[:, 3] = 1.0
+        self.pose_command_w = self.pose_command_b.clone()
+        self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
+        self.metrics["orientation_error"] = torch.zeros(self.num_envs, device=self.device)
+
+    @property
+    def command(self) -> torch.Tensor:
+        """The commanded pose (m, wxyz) in the root frame, shape (num_envs, 7)."""
+        return self.pose_command_b
+
+    @property
+    def goal_pos_w(self) -> torch.Tensor:
+        """The commanded position in the world frame in m, shape (num_envs, 3), for viewers."""
+        return self.pose_command_w[:, :3]
+
+    def _update_metrics(self) -> None:
+        data = self.robot.data
+        if not self.robot.is_fixed_base:
+            self._update_world_pose(slice(None))
+        wanted = self.pose_command_w
+        distance = torch.linalg.vector_norm(wanted[:, :3] - data.body_pos_w[:, self.body_idx], dim=-1)
+        self.metrics["position_error"] = distance
+        quat = data.body_quat_w[:, self.body_idx]
+        apart = torch.minimum(
+            torch.linalg.vector_norm(wanted[:, 3:] - quat, dim=-1),
+            torch.linalg.vector_norm(wanted[:, 3:] + quat, dim=-1),
+        )
+        # unit quaternions an angle t apart are a chord of 2 sin(t / 4) apart
+        self.metrics["orientation_error"] = apart.mul_(0.5).clamp_(max=1.0).asin_().mul_(4.0)
+
+    def _resample_command(self, env_ids: torch.Tensor) -> None:
+        r = self.cfg.ranges
+        drawn = sample_ranges((r.pos_x, r.pos_y, r.pos_z, r.roll, r.pitch, r.yaw), len(env_ids), self.device)
+        quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
+        if self.cfg.make_quat_unique:
+            quat = math_utils.quat_unique(quat)
+        self.pose_command_b[env_ids] = torch.cat((drawn[:, :3], quat), dim=-1)
+        self._update_world_pose(env_ids)
+
+    def _update_command(self) -> None:
+        pass
+
+    def _update_world_pose(self, env_ids: torch.Tensor | slice) -> None:
+        data, command = self.robot.data, self.pose_command_b[env_ids]
+        pose = math_utils.combine_frame_transforms(
+            data.root_pos_w[env_ids], data.root_quat_w[env_ids], command[:, :3], command[:, 3:]
+        )
+        self.pose_command_w[env_ids] = torch.cat(pose, dim=-1)

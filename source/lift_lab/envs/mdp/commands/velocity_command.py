@@ -1,0 +1,121 @@
+"""Planar velocities for a base to follow, in its root frame."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import CommandTerm
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError
+
+from .._tensors import sample_ranges
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation
+    from lift_lab.envs import ManagerBasedRLEnv
+
+    from .commands_cfg import NormalVelocityCommandCfg, UniformVelocityCommandCfg
+
+logger = logging.getLogger(__name__)
+
+
+class UniformVelocityCommand(CommandTerm):
+    """Forward velocity, sideways velocity and yaw rate, drawn uniformly.
+
+    With ``heading_command`` the yaw rate steers towards a drawn heading instead. Metrics: ``error_vel_xy`` (m/s) and
+    ``error_vel_yaw`` (rad/s), averaged over the time that a command can last.
+    """
+
+    cfg: UniformVelocityCommandCfg
+
+    def __init__(self, cfg: UniformVelocityCommandCfg, env: ManagerBasedRLEnv):
+        """Find the asset.
+
+        Raises:
+            ConfigError: ``heading_command`` without ``ranges.heading``.
+        """
+        super().__init__(cfg, env)
+        heading = getattr(cfg.ranges, "heading", None)
+        if cfg.heading_command and heading is None:
+            raise ConfigError("the velocity command has heading_command=True but ranges.heading is None")
+        if heading is not None and not cfg.heading_command:
+            logger.warning("the velocity command's ranges.heading is not used: heading_command is False")
+        self.robot: Articulation = env.scene[cfg.asset_name]
+        self.vel_command_b = torch.zeros(self.num_envs, 3, device=self.device)
+        """Commanded velocity (m/s, m/s, rad/s) in the root frame, shape (num_envs, 3)."""
+        self.heading_target = torch.zeros(self.num_envs, device=self.device)
+        """Commanded heading in the world frame in rad, shape (num_envs,)."""
+        self.is_heading_env = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
+        """Where the yaw rate steers towards the heading, shape (num_envs,)."""
+        self.is_standing_env = torch.zeros_like(self.is_heading_env)
+        """Where the command is to stand still, shape (num_envs,)."""
+        self.metrics["error_vel_xy"] = torch.zeros(self.num_envs, device=self.device)
+        self.metrics["error_vel_yaw"] = torch.zeros(self.num_envs, device=self.device)
+
+    @property
+    def command(self) -> torch.Tensor:
+        """The commanded velocity (m/s, m/s, rad/s) in the root frame, shape (num_envs, 3)."""
+        return self.vel_command_b
+
+    def _update_metrics(self) -> None:
+        steps = self.cfg.resampling_time_range[1] / self._env.step_dt
+        data = self.robot.data
+        error_xy = (self.vel_command_b[:, :2] - data.root_lin_vel_b[:, :2]).norm(dim=-1)
+        error_yaw = (self.vel_command_b[:, 2] - data.root_ang_vel_b[:, 2]).abs()
+        self.metrics["error_vel_xy"] += error_xy / steps
+        self.metrics["error_vel_yaw"] += error_yaw / steps
+
+    def _resample_command(self, env_ids: torch.Tensor) -> None:
+        r, count = self.cfg.ranges, len(env_ids)
+        ranges = (r.lin_vel_x, r.lin_vel_y, r.ang_vel_z)
+        self.vel_command_b[env_ids] = sample_ranges(ranges, count, self.device)
+        if self.cfg.heading_command:
+            self.heading_target[env_ids] = sample_ranges((r.heading,), count, self.device)[:, 0]
+            self.is_heading_env[env_ids] = self._chance(count, self.cfg.rel_heading_envs)
+        self.is_standing_env[env_ids] = self._chance(count, self.cfg.rel_standing_envs)
+
+    def _chance(self, count: int, probability: float) -> torch.Tensor:
+        """True with a probability, shape (count,)."""
+        return torch.rand(count, device=self.device) < probability
+
+    def _update_command(self) -> None:
+        if self.cfg.heading_command:
+            error = math_utils.wrap_to_pi(self.heading_target - self.robot.data.heading_w)
+            rate = (self.cfg.heading_control_stiffness * error).clamp(*self.cfg.ranges.ang_vel_z)
+            self.vel_command_b[:, 2] = torch.where(self.is_heading_env, rate, self.vel_command_b[:, 2])
+        self.vel_command_b.masked_fill_(self.is_standing_env.unsqueeze(1), 0.0)
+
+
+class NormalVelocityCommand(UniformVelocityCommand):
+    """Forward velocity, sideways velocity and yaw rate, drawn from normal distributions with a random sign."""
+
+    cfg: NormalVelocityCommandCfg
+
+    def __init__(self, cfg: NormalVelocityCommandCfg, env: ManagerBasedRLEnv):
+        """Find the asset.
+
+        Raises:
+            ConfigError: ``heading_command`` is set, which a normal distribution has no use for.
+        """
+        if cfg.heading_command:
+            raise ConfigError("NormalVelocityCommand has no heading: leave heading_command=False")
+        super().__init__(cfg, env)
+        self.is_zero_vel_env = torch.zeros(self.num_envs, 3, dtype=torch.bool, device=self.device)
+        """Which components are zero, shape (num_envs, 3)."""
+
+    def _resample_command(self, env_ids: torch.Tensor) -> None:
+        r, shape = self.cfg.ranges, (len(env_ids), 3)
+        mean, std, zero = (
+            torch.tensor(v, dtype=torch.float32, device=self.device) for v in (r.mean_vel, r.std_vel, r.zero_prob)
+        )
+        drawn = mean + std * torch.randn(shape, device=self.device)
+        sign = torch.where(torch.rand(shape, device=self.device) < 0.5, 1.0, -1.0)
+        self.vel_command_b[env_ids] = drawn * sign
+        self.is_zero_vel_env[env_ids] = torch.rand(shape, device=self.device) < zero
+        self.is_standing_env[env_ids] = self._chance(len(env_ids), self.cfg.rel_standing_envs)
+
+    def _update_command(self) -> None:
+        self.vel_command_b.masked_fill_(self.is_zero_vel_env | self.is_standing_env.unsqueeze(1), 0.0)

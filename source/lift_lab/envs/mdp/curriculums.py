@@ -1,0 +1,188 @@
+"""Curriculum terms: called inside resets, they change the task as training goes on and return their state to log."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from lift_lab.managers import ManagerTermBase
+from lift_lab.utils.errors import ConfigError, suggest
+
+from ._tensors import EnvIds
+
+if TYPE_CHECKING:
+    from lift_lab.envs import ManagerBasedRLEnv
+    from lift_lab.managers import CurriculumTermCfg
+
+
+class modify_reward_weight(ManagerTermBase):
+    """Set the weight of a reward term once more than ``num_steps`` environment steps were taken.
+
+    Params:
+        term_name: the reward term.
+        weight: its new weight.
+        num_steps: the weight changes when the step counter is greater than this.
+    """
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        self._term_cfg = env.reward_manager.get_term_cfg(cfg.params["term_name"])
+
+    def __call__(self, env: ManagerBasedRLEnv, env_ids: EnvIds, term_name: str, weight: float, num_steps: int) -> float:
+        if env.common_step_counter > num_steps:
+            self._term_cfg.weight = weight
+            env.reward_manager.set_term_cfg(term_name, self._term_cfg)
+        return self._term_cfg.weight
+
+
+class anneal_reward_weight(ManagerTermBase):
+    """Move the weight of a reward term linearly from one value to another (the study's Equation (1)).
+
+    With t the number of environment steps since ``start_step``, rounded down to a multiple of ``update_interval``::
+
+        weight(t) = initial_weight + (final_weight - initial_weight) * min(t, num_steps) / num_steps
+
+    An ``update_interval`` of 1 is the equation; one of ``num_steps`` is a single jump, as in the study's text and in
+    Isaac Lab. The weight follows from the step counter alone, so a resumed training continues where it stopped.
+
+    Params:
+        term_name: the reward term.
+        initial_weight: its weight up to ``start_step``.
+        final_weight: its weight from ``start_step + num_steps`` on.
+        num_steps: length of the ramp in environment steps (t_max).
+        update_interval: steps between two changes of the weight.
+        start_step: environment step at which the ramp begins.
+    """
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        self._term_cfg = env.reward_manager.get_term_cfg(cfg.params["term_name"])
+        for name, least in (("num_steps", 1), ("update_interval", 1), ("start_step", 0)):
+            if cfg.params.get(name, least) < least:
+                raise ConfigError(f"anneal_reward_weight: {name} must be at least {least}, got {cfg.params[name]}")
+
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: EnvIds,
+        term_name: str,
+        initial_weight: float,
+        final_weight: float,
+        num_steps: int,
+        update_interval: int = 1,
+        start_step: int = 0,
+    ) -> float:
+        elapsed = max(env.common_step_counter - start_step, 0)
+        t = min(elapsed // update_interval * update_interval, num_steps)
+        self._term_cfg.weight = initial_weight + (final_weight - initial_weight) * t / num_steps
+        env.reward_manager.set_term_cfg(term_name, self._term_cfg)
+        return self._term_cfg.weight
+
+
+class modify_env_param(ManagerTermBase):
+    """Change anything that a dotted path from the environment leads to.
+
+    ``modify_fn(env, env_ids, old_value, **modify_params)`` returns the new value, or :attr:`NO_CHANGE`.
+
+    Params:
+        address: the path: attributes, dictionary keys and list indices, e.g.
+            ``"event_manager.cfg.push.params['velocity_range']['x']"`` or ``"scene.env_origins"``. A key may also be
+            written with a dot: ``"params.velocity_range.x"``.
+        modify_fn: the function.
+        modify_params: further arguments of it.
+    """
+
+    NO_CHANGE: ClassVar[object] = object()
+    """Returned by ``modify_fn`` to leave the value as it is."""
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        if "address" not in cfg.params:
+            raise ConfigError(f"{type(self).__name__}: params must name an 'address'")
+        self._path = _parse_address(self._expand(cfg.params["address"]))
+        _read(env, self._path)
+
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: EnvIds,
+        address: str,
+        modify_fn: Callable[..., Any],
+        modify_params: dict[str, Any] | None = None,
+    ) -> None:
+        value = modify_fn(env, env_ids, _read(env, self._path), **(modify_params or {}))
+        if value is not self.NO_CHANGE:
+            _assign(env, self._path, value)
+
+    def _expand(self, address: str) -> str:
+        return address
+
+
+class modify_term_cfg(modify_env_param):
+    """Change the config of a manager's term: :class:`modify_env_param` with a shorter address.
+
+    ``"commands.object_pose.ranges.pos_x"`` stands for ``"command_manager.cfg.object_pose.ranges.pos_x"``, and so for
+    ``observations``, ``actions``, ``events``, ``rewards`` and ``terminations``.
+    """
+
+    def _expand(self, address: str) -> str:
+        group, dot, rest = address.partition(".")
+        manager = f"{group.removesuffix('s')}_manager"
+        if not dot or not hasattr(self._env, manager):
+            groups = ("observations", "actions", "commands", "events", "rewards", "terminations")
+            raise ConfigError(
+                f"modify_term_cfg: address '{address}' must begin with a manager's name and a term: "
+                f"{suggest(group, groups)}"
+            )
+        return f"{manager}.cfg.{rest}"
+
+
+_STEP = re.compile(r"(?:^|\.)(\w+)|\[(\d+)\]|\[['\"]([^'\"]+)['\"]\]")
+
+
+def _parse_address(address: str) -> list[str | int]:
+    """``"a.b[2]['c']"`` as ``["a", "b", 2, "c"]``."""
+    path: list[str | int] = []
+    end = 0
+    for match in _STEP.finditer(address):
+        if match.start() != end:
+            break
+        name, index, key = match.groups()
+        path.append(int(index) if index is not None else name or key)
+        end = match.end()
+    if end != len(address) or not path:
+        raise ConfigError(f"'{address}' is not a path such as 'command_manager.cfg.goal.ranges.pos_x'")
+    return path
+
+
+def _read(root: Any, path: Sequence[str | int]) -> Any:
+    for done, step in enumerate(path):
+        if isinstance(root, (dict, list, tuple)) or (isinstance(step, int) and hasattr(root, "__getitem__")):
+            known = root.keys() if isinstance(root, dict) else range(len(root))
+            if step not in known:
+                raise ConfigError(_missing(path, done, known))
+            root = root[step]  # type: ignore[index]
+        else:
+            if not hasattr(root, str(step)):
+                raise ConfigError(_missing(path, done, (n for n in dir(root) if not n.startswith("_"))))
+            root = getattr(root, str(step))
+    return root
+
+
+def _missing(path: Sequence[str | int], done: int, choices: Any) -> str:
+    where = ".".join(map(str, path[:done])) or "the environment"
+    return f"{where} has no '{path[done]}': {suggest(str(path[done]), [str(c) for c in choices])}"
+
+
+def _assign(root: Any, path: Sequence[str | int], value: Any) -> None:
+    """Write the value; a tuple on the way is rebuilt, for it cannot be written into."""
+    parent, last = _read(root, path[:-1]), path[-1]
+    if isinstance(parent, tuple):
+        items = list(parent)
+        items[last] = value  # type: ignore[index]
+        _assign(root, path[:-1], tuple(items))
+    elif isinstance(last, int) or isinstance(parent, dict):
+        parent[last] = value
+    else:
+        setattr(parent, last, value)

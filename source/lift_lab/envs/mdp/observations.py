@@ -1,0 +1,172 @@
+"""Observation terms, with Isaac Lab's names.
+
+Each is a function ``(env, **params) -> tensor`` of shape (num_envs, dim). The observation manager copies what a term
+returns before it changes anything, so a term may hand out an asset's own tensor.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils import math as math_utils
+
+from ._tensors import columns
+
+if TYPE_CHECKING:
+    from lift_lab.assets import Articulation, RigidObject
+    from lift_lab.envs import ManagerBasedEnv, ManagerBasedRLEnv
+
+# -- root state
+
+
+def base_pos_z(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root height in the world frame in m. Shape is (num_envs, 1)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_pos_w[:, 2:3]
+
+
+def base_lin_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root linear velocity in the root frame in m/s. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_lin_vel_b
+
+
+def base_ang_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root angular velocity in the root frame in rad/s. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_ang_vel_b
+
+
+def projected_gravity(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Unit vector of gravity in the root frame. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.projected_gravity_b
+
+
+def root_pos_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root position in the environment's frame (world axes, origin of the environment) in m. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_pos_w - env.scene.env_origins
+
+
+def root_quat_w(
+    env: ManagerBasedEnv, make_quat_unique: bool = False, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+) -> torch.Tensor:
+    """Root orientation (w, x, y, z) in the world frame. Shape is (num_envs, 4).
+
+    Args:
+        env: the environment.
+        make_quat_unique: whether to turn q into -q where its real part is negative.
+        asset_cfg: the asset.
+    """
+    asset: RigidObject = env.scene[asset_cfg.name]
+    quat = asset.data.root_quat_w
+    return math_utils.quat_unique(quat) if make_quat_unique else quat
+
+
+def root_lin_vel_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root linear velocity in the world frame in m/s. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_lin_vel_w
+
+
+def root_ang_vel_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Root angular velocity in the world frame in rad/s. Shape is (num_envs, 3)."""
+    asset: RigidObject = env.scene[asset_cfg.name]
+    return asset.data.root_ang_vel_w
+
+
+# -- body state
+
+
+def body_pose_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Poses (position in m, quaternion wxyz) of the chosen bodies in the environment's frame.
+
+    Returns:
+        Body after body, shape (num_envs, 7 * num_bodies).
+    """
+    asset: Articulation = env.scene[asset_cfg.name]
+    position = columns(asset.data.body_pos_w, asset_cfg.body_ids) - env.scene.env_origins.unsqueeze(1)
+    quat = columns(asset.data.body_quat_w, asset_cfg.body_ids)
+    return torch.cat((position, quat), dim=-1).reshape(env.num_envs, -1)
+
+
+def body_projected_gravity_b(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Unit vector of gravity in the frame of each chosen body. Shape is (num_envs, 3 * num_bodies)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    quat = columns(asset.data.body_quat_w, asset_cfg.body_ids)
+    gravity = asset.data.GRAVITY_VEC_W.unsqueeze(1).expand(-1, quat.shape[1], -1)
+    return math_utils.quat_apply_inverse(quat, gravity).reshape(env.num_envs, -1)
+
+
+# -- joint state
+
+
+def joint_pos(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Positions of the chosen joints in rad or m. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    return columns(asset.data.joint_pos, asset_cfg.joint_ids)
+
+
+def joint_pos_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Positions of the chosen joints less their defaults in rad or m. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    ids = asset_cfg.joint_ids
+    return columns(asset.data.joint_pos, ids) - columns(asset.data.default_joint_pos, ids)
+
+
+def joint_pos_limit_normalized(
+    env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+) -> torch.Tensor:
+    """Positions of the chosen joints with the soft limits at -1 and 1. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    limits = columns(asset.data.soft_joint_pos_limits, asset_cfg.joint_ids)
+    position = columns(asset.data.joint_pos, asset_cfg.joint_ids)
+    return math_utils.scale_transform(position, limits[..., 0], limits[..., 1])
+
+
+def joint_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Velocities of the chosen joints in rad/s or m/s. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    return columns(asset.data.joint_vel, asset_cfg.joint_ids)
+
+
+def joint_vel_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Velocities of the chosen joints less their defaults in rad/s or m/s. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    ids = asset_cfg.joint_ids
+    return columns(asset.data.joint_vel, ids) - columns(asset.data.default_joint_vel, ids)
+
+
+def joint_effort(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
+    """Efforts that act on the chosen joints in N m or N. Shape is (num_envs, num_joints)."""
+    asset: Articulation = env.scene[asset_cfg.name]
+    return columns(asset.data.applied_torque, asset_cfg.joint_ids)
+
+
+# -- actions, commands and time
+
+
+def last_action(env: ManagerBasedEnv, action_name: str | None = None) -> torch.Tensor:
+    """The raw action of this step, of one term or (None) of all. Shape is (num_envs, action_dim)."""
+    if action_name is None:
+        return env.action_manager.action
+    return env.action_manager.get_term(action_name).raw_actions
+
+
+def generated_commands(env: ManagerBasedRLEnv, command_name: str) -> torch.Tensor:
+    """The command of a term of the command manager. Shape is (num_envs, command_dim)."""
+    return env.command_manager.get_command(command_name)
+
+
+def current_time_s(env: ManagerBasedRLEnv) -> torch.Tensor:
+    """Time since the start of the episode in s. Shape is (num_envs, 1)."""
+    return env.episode_length_buf.unsqueeze(1) * env.step_dt
+
+
+def remaining_time_s(env: ManagerBasedRLEnv) -> torch.Tensor:
+    """Time left until the episode times out in s. Shape is (num_envs, 1)."""
+    return env.max_episode_length_s - env.episode_length_buf.unsqueeze(1) * env.step_dt

@@ -1,0 +1,153 @@
+"""Configs of the terms that each manager takes. A config is data: the managers resolve and call it.
+
+Field names and defaults are those of Isaac Lab 2.3 (``isaaclab.managers.manager_term_cfg``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING
+from typing import Any
+
+from lift_lab.utils import configclass
+from lift_lab.utils.modifiers import ModifierCfg
+from lift_lab.utils.noise import NoiseCfg, NoiseModelCfg
+
+
+@configclass
+class ManagerTermBaseCfg:
+    """A function or class with the arguments it is called with."""
+
+    func: Callable | str = MISSING
+    """What computes the term: a function ``func(env, **params)``, a sub-class of
+    :class:`~lift_lab.managers.ManagerTermBase` (built once as ``func(cfg=..., env=...)``, then called the
+    same way), or a string ``"module:name"`` of either. Curriculum and event terms are called with ``(env,
+    env_ids, **params)``."""
+
+    params: dict[str, Any] = {}
+    """Keyword arguments of the call. A :class:`~lift_lab.managers.SceneEntityCfg` among them, also inside a
+    list, tuple or dict, is resolved against the scene first."""
+
+
+@configclass
+class RecorderTermCfg:
+    """One thing to record."""
+
+    class_type: type = MISSING
+    """Sub-class of :class:`~lift_lab.managers.RecorderTerm`."""
+
+
+@configclass
+class ActionTermCfg:
+    """One slice of the action vector."""
+
+    class_type: type = MISSING
+    """Sub-class of :class:`~lift_lab.managers.ActionTerm`."""
+
+    asset_name: str = MISSING
+    """Name of the scene entity that the actions drive."""
+
+    debug_vis: bool = False
+    """Whether viewers draw the term's markers."""
+
+    clip: dict[str, tuple] | None = None
+    """Range ``(lower, upper)`` of the processed action by joint-name pattern; None clips nothing."""
+
+
+@configclass
+class CommandTermCfg:
+    """One command, resampled on a timer."""
+
+    class_type: type = MISSING
+    """Sub-class of :class:`~lift_lab.managers.CommandTerm`."""
+
+    resampling_time_range: tuple[float, float] = MISSING
+    """Seconds a command is held, drawn uniformly from this range."""
+
+    debug_vis: bool = False
+    """Whether viewers draw the term's markers."""
+
+
+@configclass
+class CurriculumTermCfg(ManagerTermBaseCfg):
+    """A change of the task with progress; ``func(env, env_ids, **params)`` returns the state to log or
+    None."""
+
+
+@configclass
+class ObservationTermCfg(ManagerTermBaseCfg):
+    """One observation: func, then modifiers, noise, clip, scale, history, in this order."""
+
+    modifiers: list[ModifierCfg] | None = None
+    """Functions of the value, applied one after the other."""
+
+    noise: NoiseCfg | NoiseModelCfg | None = None
+    """Corruption of the value; dropped where the group has ``enable_corruption=False``."""
+
+    clip: tuple[float, float] | None = None
+    """Range that the value is clipped to after the noise."""
+
+    scale: tuple[float, ...] | float | None = None
+    """Factor on the clipped value: one number, or one for each entry of the last dimension."""
+
+    history_length: int = 0
+    """How many past values are kept, the current one included; 0 keeps none. The first value after a reset
+    fills the whole history; the oldest comes first."""
+
+    flatten_history_dim: bool = True
+    """Whether a history of shape (num_envs, length, ...) is returned as (num_envs, length * ...)."""
+
+
+@configclass
+class ObservationGroupCfg:
+    """Observation terms that are returned together; terms are added as fields of a sub-class."""
+
+    concatenate_terms: bool = True
+    """Whether the terms become one tensor; otherwise the group is a dict of tensors by term name."""
+
+    concatenate_dim: int = -1
+    """Dimension to concatenate along, not counting the environments."""
+
+    enable_corruption: bool = False
+    """Whether the terms' noise is applied."""
+
+    history_length: int | None = None
+    """History of every term in the group, in place of the terms' own setting; None leaves theirs."""
+
+    flatten_history_dim: bool = True
+    """Flattening of every term in the group; used only where the group sets ``history_length``."""
+
+
+@configclass
+class EventTermCfg(ManagerTermBaseCfg):
+    """A change of the simulation, ``func(env, env_ids, **params)``, made whenever its mode is applied."""
+
+    mode: str = MISSING
+    """When to apply: ``"prestartup"``, ``"startup"``, ``"reset"``, ``"interval"`` or a name of your own that
+    your environment passes to :meth:`~lift_lab.managers.EventManager.apply`."""
+
+    interval_range_s: tuple[float, float] | None = None
+    """Mode ``"interval"``: seconds between two applications, drawn uniformly."""
+
+    is_global_time: bool = False
+    """Mode ``"interval"``: one timer for all environments, which a reset leaves alone, in place of one for
+    each."""
+
+    min_step_count_between_reset: int = 0
+    """Mode ``"reset"``: environment steps that must pass between two applications to the same environment."""
+
+
+@configclass
+class RewardTermCfg(ManagerTermBaseCfg):
+    """A reward of shape (num_envs,), per second."""
+
+    weight: float = MISSING
+    """Factor on the value; 0 skips the call."""
+
+
+@configclass
+class TerminationTermCfg(ManagerTermBaseCfg):
+    """A boolean of shape (num_envs,) that ends episodes."""
+
+    time_out: bool = False
+    """Whether the end is a truncation, whose return is bootstrapped, and not a terminal state."""

@@ -1,0 +1,116 @@
+"""Rewards: the weighted sum of the terms, and each term's share of the episode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import torch
+
+from ._table import render_table
+from ._term_managers import FunctionTermManager
+from .manager_base import EnvIds
+from .manager_term_cfg import RewardTermCfg
+
+if TYPE_CHECKING:
+    from lift_lab.envs import ManagerBasedRLEnv
+
+
+class RewardManager(FunctionTermManager):
+    """Sums ``value * weight * dt`` over the terms.
+
+    The values of all terms are gathered in one (num_terms, num_envs) buffer, so that the sum and the
+    episode's account take one operation each, whatever the number of terms. Source: Isaac Lab's
+    ``RewardManager``.
+    """
+
+    term_cfg_type = RewardTermCfg
+
+    def __init__(self, cfg: object, env: ManagerBasedRLEnv):
+        """Prepare the terms and their buffers.
+
+        Raises:
+            TypeError: a weight is not a number.
+        """
+        super().__init__(cfg, env)
+        shape = (len(self._term_names), self.num_envs)
+        self._values = torch.zeros(shape, device=self.device)
+        self._values_by_env = self._values.t()
+        self._sums = torch.zeros(shape, device=self.device)
+        self._episode_sums = dict(zip(self._term_names, self._sums, strict=True))
+        self._skipped = torch.zeros(self.num_envs, device=self.device)
+        self._shape = self._skipped.shape
+        self._factors: list[float] = []
+        self._factor_row = torch.zeros(shape[0], device=self.device)
+        self._factor_column = self._factor_row.unsqueeze(1)
+
+    def __str__(self) -> str:
+        rows = [
+            (i, name, float(cfg.weight))
+            for i, (name, cfg) in enumerate(zip(self._term_names, self._term_cfgs, strict=True))
+        ]
+        return (
+            f"<RewardManager> contains {len(self._term_names)} active terms.\n"
+            f"{render_table('Active Reward Terms', ['Index', 'Name', 'Weight'], rows)}"
+        )
+
+    def _accept_term(self, term_name: str, term_cfg: RewardTermCfg) -> None:
+        if not isinstance(term_cfg.weight, (int, float)):
+            raise TypeError(f"{self._owner(term_name)}: weight must be a number, not {term_cfg.weight!r}")
+        super()._accept_term(term_name, term_cfg)
+
+    def compute(self, dt: float) -> torch.Tensor:
+        """Call the terms of non-zero weight and sum them.
+
+        Args:
+            dt: The environment step in seconds.
+
+        Returns:
+            The reward of the step, a new tensor of shape (num_envs,).
+
+        Raises:
+            ValueError: a term returned another shape than (num_envs,).
+        """
+        if not self._term_cfgs:
+            return torch.zeros_like(self._skipped)
+        values = [
+            self._call(index, cfg) if cfg.weight != 0.0 else self._skipped for index, cfg in enumerate(self._term_cfgs)
+        ]
+        torch.stack(values, out=self._values)
+        factors = [cfg.weight * dt for cfg in self._term_cfgs]
+        if factors != self._factors:  # weights change with curricula only
+            self._factors = factors
+            self._factor_row = torch.tensor(factors, device=self.device)
+            self._factor_column = self._factor_row.unsqueeze(1)
+        self._sums.addcmul_(self._values, self._factor_column)
+        return torch.mv(self._values_by_env, self._factor_row)
+
+    def _call(self, index: int, cfg: RewardTermCfg) -> torch.Tensor:
+        value: Any = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
+        if not isinstance(value, torch.Tensor):
+            return torch.full_like(self._skipped, value)
+        if value.shape != self._shape:
+            raise ValueError(
+                f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
+                f" expected ({self.num_envs},)"
+            )
+        return value
+
+    def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
+        """Close the episodes of some environments.
+
+        Returns:
+            ``Episode_Reward/{term}``: mean over the environments of the episode's sum of ``value * weight *
+            dt``, divided by the configured episode length in seconds. 0-dim tensors.
+        """
+        ids = slice(None) if env_ids is None else env_ids
+        means = self._sums[:, ids].mean(dim=1) / self._env.max_episode_length_s
+        self._sums[:, ids] = 0.0
+        self._reset_class_terms(ids)
+        return {f"Episode_Reward/{name}": mean for name, mean in zip(self._term_names, means.unbind(), strict=True)}
+
+    def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
+        values = self._values[:, env_idx].tolist()
+        return [
+            (name, [value * cfg.weight])
+            for name, value, cfg in zip(self._term_names, values, self._term_cfgs, strict=True)
+        ]

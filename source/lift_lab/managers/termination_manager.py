@@ -1,0 +1,126 @@
+"""Terminations: which episodes end, and whether they were cut short or reached a terminal state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import torch
+
+from ._table import render_table
+from ._term_managers import FunctionTermManager
+from .manager_base import EnvIds
+from .manager_term_cfg import TerminationTermCfg
+
+if TYPE_CHECKING:
+    from lift_lab.envs import ManagerBasedRLEnv
+
+
+class TerminationManager(FunctionTermManager):
+    """Combines the terms into *time outs* (the episode was cut short) and *terminated* (a terminal state).
+
+    Every :meth:`compute` returns new tensors; none is overwritten later. Source: Isaac Lab's
+    ``TerminationManager``.
+    """
+
+    term_cfg_type = TerminationTermCfg
+
+    def __init__(self, cfg: object, env: ManagerBasedRLEnv):
+        """Prepare the terms and their buffers."""
+        super().__init__(cfg, env)
+        none_done = torch.zeros(self.num_envs, len(self._term_names), dtype=torch.bool, device=self.device)
+        self._none = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
+        self._term_dones = none_done
+        self._last_episode_dones = none_done.clone()
+        self._dones = self._truncated = self._terminated = self._none
+
+    def __str__(self) -> str:
+        rows = [
+            (i, name, cfg.time_out) for i, (name, cfg) in enumerate(zip(self._term_names, self._term_cfgs, strict=True))
+        ]
+        return (
+            f"<TerminationManager> contains {len(self._term_names)} active terms.\n"
+            f"{render_table('Active Termination Terms', ['Index', 'Name', 'Time Out'], rows)}"
+        )
+
+    @property
+    def dones(self) -> torch.Tensor:
+        """Whether the episode ended. Shape is (num_envs,)."""
+        return self._dones
+
+    @property
+    def time_outs(self) -> torch.Tensor:
+        """Whether it was cut short, so that the return goes on. Shape is (num_envs,)."""
+        return self._truncated
+
+    @property
+    def terminated(self) -> torch.Tensor:
+        """Whether it reached a terminal state. Shape is (num_envs,)."""
+        return self._terminated
+
+    def compute(self) -> torch.Tensor:
+        """Call the terms.
+
+        Returns:
+            Whether each episode ended. Shape is (num_envs,).
+
+        Raises:
+            ValueError: a term returned another shape than (num_envs,).
+            TypeError: a term returned no booleans.
+        """
+        if not self._term_cfgs:
+            return self._dones
+        values = [self._call(index, cfg) for index, cfg in enumerate(self._term_cfgs)]
+        fired = torch.stack(values)
+        self._truncated = self._any(fired, time_out=True)
+        self._terminated = self._any(fired, time_out=False)
+        self._dones = self._truncated | self._terminated
+        self._term_dones = fired.t()
+        self._last_episode_dones = torch.where(self._dones, fired, self._last_episode_dones.t()).t()
+        return self._dones
+
+    def _call(self, index: int, cfg: TerminationTermCfg) -> torch.Tensor:
+        value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
+        if value.shape != self._none.shape:
+            raise ValueError(
+                f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
+                f" expected ({self.num_envs},)"
+            )
+        if value.dtype != torch.bool:
+            raise TypeError(f"{self._owner(self._term_names[index])} returned {value.dtype}, expected torch.bool")
+        return value
+
+    def _any(self, fired: torch.Tensor, time_out: bool) -> torch.Tensor:
+        """Union of the rows of one kind of terms."""
+        rows = [i for i, cfg in enumerate(self._term_cfgs) if bool(cfg.time_out) == time_out]
+        if not rows:
+            return self._none
+        union = fired[rows[0]]
+        for row in rows[1:]:
+            union = union | fired[row]
+        return union
+
+    def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
+        """Reset class terms.
+
+        Returns:
+            ``Episode_Termination/{term}``: fraction of all environments whose last episode the term ended.
+            0-dim tensors.
+        """
+        fractions = self._last_episode_dones.float().mean(dim=0)
+        self._reset_class_terms(slice(None) if env_ids is None else env_ids)
+        return {
+            f"Episode_Termination/{name}": fraction
+            for name, fraction in zip(self._term_names, fractions.unbind(), strict=True)
+        }
+
+    def get_term(self, name: str) -> torch.Tensor:
+        """What a term returned last. Shape is (num_envs,).
+
+        Raises:
+            ConfigError: no term has this name.
+        """
+        return self._term_dones[:, self._index(name)]
+
+    def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
+        row = self._term_dones[env_idx].tolist()
+        return [(name, [float(done)]) for name, done in zip(self._term_names, row, strict=True)]

@@ -1,0 +1,265 @@
+"""A scene: built from a config into one MjSpec, then handles to its entities in every environment.
+
+Worlds are stacked: each environment is simulated about its own origin, and ``env_origins`` is added to world
+positions when they are read and taken off when they are written.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import torch
+
+from lift_lab.assets import Articulation, AssetBase, AssetBaseCfg, DeformableObject, RigidObject
+from lift_lab.sensors import SensorBase, SensorBaseCfg
+from lift_lab.sim import SimulationContext, note_ignored
+from lift_lab.terrains import TerrainImporterCfg
+from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
+
+from .interactive_scene_cfg import InteractiveSceneCfg
+
+EnvIds = Sequence[int] | torch.Tensor | slice | None
+State = dict[str, dict[str, dict[str, torch.Tensor]]]
+
+
+def grid_origins(num_envs: int, spacing: float, device: str) -> torch.Tensor:
+    """Origins of environments on a square grid centred at the world's origin, shape (num_envs, 3), in m."""
+    side = math.ceil(math.sqrt(num_envs))
+    index = torch.arange(num_envs, device=device)
+    row, col = index // side, index % side
+    rows = math.ceil(num_envs / side)
+    x = (row - (rows - 1) / 2) * spacing
+    y = (col - (side - 1) / 2) * spacing
+    return torch.stack((x, y, torch.zeros_like(x)), dim=-1).float()
+
+
+class InteractiveScene:
+    """Entities of an environment, each by the name of its config field: ``scene["robot"]``.
+
+    The scene is built into :attr:`spec` at construction; :meth:`SimulationContext.reset` compiles it.
+    """
+
+    def __init__(self, cfg: InteractiveSceneCfg):
+        """Build all entities.
+
+        Raises:
+            ConfigError: no simulation exists yet, or an entity cannot be built.
+        """
+        sim = SimulationContext.instance()
+        if sim is None:
+            raise ConfigError("make a SimulationContext before an InteractiveScene")
+        if not isinstance(cfg.num_envs, int) or cfg.num_envs < 1:
+            raise ConfigError(f"scene.num_envs must be a positive integer, got {cfg.num_envs}")
+        self.cfg = cfg
+        self.sim = sim
+        self.num_envs = cfg.num_envs
+        self.device = sim.device
+        self.spec = mujoco.MjSpec()
+        self._origins = grid_origins(cfg.num_envs, cfg.env_spacing, self.device)
+        self._articulations: dict[str, Articulation] = {}
+        self._rigid_objects: dict[str, RigidObject] = {}
+        self._statics: dict[str, AssetBase] = {}
+        self._sensors: dict[str, SensorBase] = {}
+        self._terrain: TerrainImporterCfg | None = None
+        if cfg.clone_in_fabric:
+            note_ignored("scene.clone_in_fabric", "Omniverse Fabric")
+        if not cfg.replicate_physics:
+            note_ignored("scene.replicate_physics", "all environments share one model")
+        self._build()
+        sim.set_scene(self)
+
+    def _build(self) -> None:
+        entities = [(n, v) for n, v in vars(self.cfg).items() if n not in InteractiveSceneCfg.__dataclass_fields__]
+        for name, cfg in entities:
+            if cfg is None or isinstance(cfg, SensorBaseCfg):
+                continue
+            if isinstance(cfg, TerrainImporterCfg):
+                cfg.spawn_into(self.spec, name)
+                self._terrain = cfg
+                continue
+            if not isinstance(cfg, AssetBaseCfg):
+                raise ConfigError(f"scene.{name}: {type(cfg).__name__} is no asset, sensor or terrain config")
+            asset = cfg.class_type(cfg)
+            asset.spawn_into(self.spec, name)
+            if isinstance(asset, Articulation):
+                self._articulations[name] = asset
+            elif isinstance(asset, RigidObject):
+                self._rigid_objects[name] = asset
+            else:
+                self._statics[name] = asset
+        for name, cfg in entities:
+            if isinstance(cfg, SensorBaseCfg):
+                sensor = cfg.class_type(cfg)
+                sensor.build(self.spec, name, self._movables)
+                self._sensors[name] = sensor
+
+    @property
+    def _movables(self) -> dict[str, Articulation | RigidObject]:
+        return {**self._articulations, **self._rigid_objects}
+
+    def initialize(self) -> None:
+        """Find all entities in the compiled model (called by :meth:`SimulationContext.reset`)."""
+        physics = self.sim.physics
+        for asset in (*self._movables.values(), *self._statics.values()):
+            asset.initialize(physics, self._origins)
+        for sensor in self._sensors.values():
+            sensor.initialize(physics, self._origins)
+
+    # -- what it holds
+
+    @property
+    def physics_dt(self) -> float:
+        """Physics step in seconds."""
+        return self.sim.get_physics_dt()
+
+    @property
+    def env_origins(self) -> torch.Tensor:
+        """Origins of the environments in the world in m, shape (num_envs, 3)."""
+        return self._origins
+
+    @property
+    def env_ns(self) -> str:
+        """Isaac Lab's namespace of the environments."""
+        return "/World/envs"
+
+    @property
+    def env_regex_ns(self) -> str:
+        """Isaac Lab's pattern for every environment's prim."""
+        return f"{self.env_ns}/env_.*"
+
+    @property
+    def env_prim_paths(self) -> list[str]:
+        """Isaac Lab's prim path of each environment."""
+        return [f"{self.env_ns}/env_{i}" for i in range(self.num_envs)]
+
+    @property
+    def articulations(self) -> dict[str, Articulation]:
+        """Articulations by name."""
+        return self._articulations
+
+    @property
+    def rigid_objects(self) -> dict[str, RigidObject]:
+        """Rigid objects by name."""
+        return self._rigid_objects
+
+    @property
+    def deformable_objects(self) -> dict[str, DeformableObject]:
+        """Always empty: deformable objects are not simulated."""
+        return {}
+
+    @property
+    def sensors(self) -> dict[str, SensorBase]:
+        """Sensors by name."""
+        return self._sensors
+
+    @property
+    def extras(self) -> dict[str, AssetBase]:
+        """Static things by name."""
+        return self._statics
+
+    @property
+    def terrain(self) -> TerrainImporterCfg | None:
+        """The terrain's config, or None."""
+        return self._terrain
+
+    @property
+    def requires_substep_writes(self) -> bool:
+        """Whether something must be computed before each physics step, so that substeps cannot be fused."""
+        return any(asset.has_explicit_actuators for asset in self._articulations.values())
+
+    def keys(self) -> list[str]:
+        """Names of all entities."""
+        terrain = ["terrain"] if self._terrain is not None else []
+        return [*terrain, *self._articulations, *self._rigid_objects, *self._sensors, *self._statics]
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.keys()
+
+    def __getitem__(self, key: str) -> Any:
+        """The entity called ``key``.
+
+        Raises:
+            NotFoundError: there is none.
+        """
+        for group in (self._articulations, self._rigid_objects, self._sensors, self._statics):
+            if key in group:
+                return group[key]
+        if key == "terrain" and self._terrain is not None:
+            return self._terrain
+        raise NotFoundError(f"the scene has no entity '{key}'; {suggest(key, self.keys())}")
+
+    def __str__(self) -> str:
+        lines = [f"Scene of {self.num_envs} environments, {self.cfg.env_spacing} m apart:"]
+        lines += [f"  {name}: {type(self[name]).__name__}" for name in self.keys()]
+        return "\n".join(lines)
+
+    # -- stepping
+
+    def reset(self, env_ids: EnvIds = None) -> None:
+        """Reset the entities' own buffers of some environments; the simulated state stays."""
+        for asset in self._movables.values():
+            asset.reset(env_ids)
+        for sensor in self._sensors.values():
+            sensor.reset(env_ids)
+
+    def write_data_to_sim(self) -> None:
+        """Send targets and wrenches of all assets to the engine."""
+        for asset in self._movables.values():
+            asset.write_data_to_sim()
+
+    def update(self, dt: float) -> None:
+        """Tell all entities that the engine moved on by ``dt`` seconds."""
+        for asset in self._movables.values():
+            asset.update(dt)
+        for sensor in self._sensors.values():
+            sensor.update(dt)
+
+    # -- state
+
+    def get_state(self, is_relative: bool = False) -> State:
+        """State of all assets, as Isaac Lab's: kind -> name -> ``root_pose``, ``root_velocity``, joints.
+
+        Args:
+            is_relative: whether positions are relative to the environments' origins.
+        """
+        state: State = {"articulation": {}, "rigid_object": {}}
+        for kind, group in (("articulation", self._articulations), ("rigid_object", self._rigid_objects)):
+            for name, asset in group.items():
+                pose = asset.data.root_pose_w.clone()
+                if is_relative:
+                    pose[:, :3] -= self._origins
+                entry = {"root_pose": pose, "root_velocity": asset.data.root_vel_w.clone()}
+                if isinstance(asset, Articulation):
+                    entry["joint_position"] = asset.data.joint_pos.clone()
+                    entry["joint_velocity"] = asset.data.joint_vel.clone()
+                state[kind][name] = entry
+        return state
+
+    @property
+    def state(self) -> State:
+        """State of all assets in the world frame."""
+        return self.get_state(is_relative=False)
+
+    def reset_to(self, state: State, env_ids: EnvIds = None, is_relative: bool = False) -> None:
+        """Put assets into a state as :meth:`get_state` gives it.
+
+        Raises:
+            NotFoundError: the state names an asset that the scene does not have.
+        """
+        ids = torch.arange(self.num_envs, device=self.device) if env_ids is None else torch.as_tensor(env_ids)
+        for group in state.values():
+            for name, entry in group.items():
+                asset = self[name]
+                pose = entry["root_pose"].clone()
+                if is_relative:
+                    pose[:, :3] += self._origins[ids]
+                if not asset.is_fixed_base:
+                    asset.write_root_pose_to_sim(pose, ids)
+                    asset.write_root_velocity_to_sim(entry["root_velocity"], ids)
+                if "joint_position" in entry:
+                    asset.write_joint_state_to_sim(entry["joint_position"], entry["joint_velocity"], env_ids=ids)
+                    asset.set_joint_position_target(entry["joint_position"], env_ids=ids)
+        self.write_data_to_sim()

@@ -1,0 +1,24 @@
+"""Config that all sensors share."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from lift_lab.utils import configclass
+
+from .sensor_base import SensorBase
+
+
+@configclass
+class SensorBaseCfg:
+    """A sensor of the scene."""
+
+    class_type: type[SensorBase] = MISSING
+    prim_path: str = MISSING
+    """Isaac Lab's prim path of what the sensor is attached to."""
+    update_period: float = 0.0
+    """Isaac Lab's time between updates in s. Sensors here always give the current value."""
+    history_length: int = 0
+    """Number of past readings kept."""
+    debug_vis: bool = False
+    """Whether the sensor's markers are drawn where a viewer shows markers."""

@@ -1,0 +1,301 @@
+"""The physics seam: what every layer above sees of a physics engine.
+
+Owns the abstract class :class:`Physics`, its health report, and the tables of field names that both engines
+serve. Everything crosses the seam as a torch tensor whose first dimension is the environment; the others are
+those of the MjData or MjModel field of that name, so `xmat` is (num_envs, nbody, 9). Quaternions are wxyz.
+Each environment is a world of its own around its own origin.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from enum import IntEnum
+
+import mujoco
+import numpy as np
+import torch
+
+from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
+
+
+class Stage(IntEnum):
+    """How much of the forward dynamics a field needs; the values are MuJoCo's `mjtStage`."""
+
+    NONE = 0
+    """A state field: needs nothing."""
+    POS = 1
+    """Depends on positions: current after step() and refresh()."""
+    VEL = 2
+    """Depends on velocities too: current after step() and refresh() once any such field is bound."""
+    ACC = 3
+    """Depends on forces: after step() it belongs to the last substep; forward() makes it current."""
+
+
+def _words(*lines: str) -> tuple[str, ...]:
+    return tuple(" ".join(lines).split())
+
+
+STATE_FIELDS = _words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat")
+"""Fields that write() takes. `xfrc_applied` is (force, torque) at a body's centre of mass, world frame."""
+
+MAX_VALUE = 1e10
+"""MuJoCo's bound (mjMAXVAL) on healthy positions, velocities and accelerations."""
+
+_POS_FIELDS = _words(
+    "xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat cam_xpos cam_xmat",
+    "subtree_com cdof cinert ten_length actuator_length",
+)
+_VEL_FIELDS = _words(
+    "cvel cdof_dot ten_velocity actuator_velocity qfrc_bias qfrc_passive qfrc_gravcomp",
+    "subtree_linvel subtree_angmom",
+)
+_ACC_FIELDS = _words(
+    "qacc act_dot actuator_force qfrc_actuator qfrc_smooth qfrc_constraint",
+    "cacc cfrc_int cfrc_ext",
+)
+
+DERIVED_FIELDS: dict[str, Stage] = {
+    **dict.fromkeys(_POS_FIELDS, Stage.POS),
+    **dict.fromkeys(_VEL_FIELDS, Stage.VEL),
+    **dict.fromkeys(_ACC_FIELDS, Stage.ACC),
+    "sensordata": Stage.POS,
+}
+"""Read-only fields and the stage each needs; `sensordata` needs its sensors', :func:`sensor_stages`."""
+
+_SENSOR = mujoco.mjtSensor
+_SUBTREE_SENSORS = (_SENSOR.mjSENS_SUBTREELINVEL, _SENSOR.mjSENS_SUBTREEANGMOM)
+_ACCELERATION_SENSORS = (
+    _SENSOR.mjSENS_ACCELEROMETER,
+    _SENSOR.mjSENS_FORCE,
+    _SENSOR.mjSENS_TORQUE,
+    _SENSOR.mjSENS_FRAMELINACC,
+    _SENSOR.mjSENS_FRAMEANGACC,
+)
+_NEEDS_SENSOR: dict[str, tuple[mujoco.mjtSensor, ...]] = {
+    **dict.fromkeys(("subtree_linvel", "subtree_angmom"), _SUBTREE_SENSORS),
+    **dict.fromkeys(("cacc", "cfrc_int", "cfrc_ext"), _ACCELERATION_SENSORS),
+}
+"""Fields that MuJoCo computes only when the model has one of these sensors."""
+
+RANDOMIZABLE_FIELDS = _words(
+    "body_mass body_inertia body_ipos body_iquat body_pos body_quat body_gravcomp",
+    "jnt_pos jnt_axis jnt_range jnt_margin jnt_stiffness jnt_solref jnt_solimp jnt_actfrcrange",
+    "dof_armature dof_damping dof_frictionloss dof_solref dof_solimp",
+    "geom_pos geom_quat geom_friction geom_solref geom_solimp geom_solmix geom_margin geom_gap geom_rgba",
+    "site_pos site_quat cam_pos cam_quat cam_fovy",
+    "actuator_gainprm actuator_biasprm actuator_dynprm actuator_gear actuator_ctrlrange actuator_forcerange",
+    "eq_data eq_solref eq_solimp qpos0 qpos_spring opt.gravity",
+)
+"""Model fields that may differ between environments: numbers, never structure (counts, ids, types, sizes)."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Health:
+    """Which environments failed since the last :meth:`Physics.health` call; bool tensors, (num_envs,)."""
+
+    nonfinite: torch.Tensor
+    """Position, velocity, acceleration or control NaN, infinite or beyond 1e10, or the inertia singular."""
+    overflow: torch.Tensor
+    """Contacts or constraints did not fit their memory, so some were dropped or the step was not taken."""
+
+    @property
+    def failed(self) -> torch.Tensor:
+        """Either of the two, shape (num_envs,)."""
+        return self.nonfinite | self.overflow
+
+
+class Physics(ABC):
+    """`num_envs` simulations of one compiled model.
+
+    A failed environment disturbs no other and is never reset behind the caller's back: it is reported by
+    :meth:`health` and keeps its bad state until :meth:`reset`.
+
+    Args:
+        model: the compiled model; copied, so that the caller's own stays as it was.
+        num_envs: number of environments, at least 1.
+        device: where the tensors live.
+
+    Raises:
+        ConfigError: `num_envs` is below 1.
+    """
+
+    name: str
+    """Which engine this is: "native" or "warp"."""
+    model: mujoco.MjModel
+    """The compiled model all environments share, with MuJoCo's own automatic reset of bad states disabled."""
+    num_envs: int
+    device: torch.device
+
+    def __init__(self, model: mujoco.MjModel, num_envs: int, device: torch.device):
+        if num_envs < 1:
+            raise ConfigError(f"num_envs must be at least 1, got {num_envs}")
+        self.model = _own_copy(model)
+        self.num_envs = num_envs
+        self.device = device
+        self._shapes = mujoco.MjData(self.model)
+        self._dof_chains: dict[int, torch.Tensor] = {}
+
+    @abstractmethod
+    def field(self, name: str) -> torch.Tensor:
+        """The live float32 view of an MjData field, (num_envs, *shape); read-only, the same tensor for life.
+
+        It is bound, and made current, on first use; then kept current as its :class:`Stage` says.
+        Force-dependent fields are zero between reset() and the next step() or forward().
+
+        Raises:
+            NotFoundError: no such field, or one that this model has no sensor to compute.
+        """
+
+    @abstractmethod
+    def write(
+        self,
+        name: str,
+        values: torch.Tensor | float,
+        env_ids: torch.Tensor | Sequence[int] | None = None,
+        cols: slice | torch.Tensor | Sequence[int] | None = None,
+    ) -> None:
+        """Write a state field, flattened per environment (`mocap_pos` has 3 * nmocap columns).
+
+        Args:
+            name: one of `STATE_FIELDS`.
+            values: anything that broadcasts to (len(env_ids), number of columns).
+            env_ids: the environments, None for all.
+            cols: the columns, None for all.
+
+        Raises:
+            NotFoundError: `name` is no state field.
+            ConfigError: `values` do not broadcast.
+        """
+
+    @abstractmethod
+    def step(self, num_substeps: int = 1) -> None:
+        """Advance by `num_substeps` time steps and leave the kinematics current at the new state."""
+
+    @abstractmethod
+    def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        """Make the kinematics current after writes, to the stage at which step() leaves them."""
+
+    @abstractmethod
+    def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        """Make every field current: kinematics, forces, accelerations and sensors. The state is untouched."""
+
+    @abstractmethod
+    def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        """Set the model's default state: qpos0, all else zero, warm start included: the past leaves no trace.
+
+        Kinematics are not computed: write the initial state, then refresh().
+        """
+
+    @abstractmethod
+    def randomizable(self, name: str) -> torch.Tensor:
+        """The per-environment values of a model field, (num_envs, *shape), to write into.
+
+        Floating point, in the engine's own precision. After writing a field that others derive from (masses,
+        inertias, armatures, frames, qpos0) call :meth:`recompute_constants`. Leave alone the frames of what
+        is fixed to the world: the warp engine reads them only once.
+
+        Raises:
+            NotFoundError: not in `RANDOMIZABLE_FIELDS`.
+        """
+
+    @abstractmethod
+    def recompute_constants(self) -> None:
+        """Derive the model's constants from the randomised fields again, as `mj_setConst`."""
+
+    @abstractmethod
+    def health(self) -> Health:
+        """What failed since the last call, reset since or not. An environment still in a bad state counts again."""
+
+    @abstractmethod
+    def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
+        """One environment as an MjData with everything computed, to render or to inspect.
+
+        Args:
+            env_id: the environment.
+            data: written into and returned; None for a new one.
+        """
+
+    def close(self) -> None:  # noqa: B027 - engines without resources need none
+        """Release what the engine holds; the object is not used afterwards."""
+
+    def jac_body(self, body_id: int) -> torch.Tensor:
+        """Jacobian of a body's frame origin in the world frame, (num_envs, 6, nv), rows (linear, angular).
+
+        Equal to `mj_jacBody`, from the current kinematics: column i is the motion axis of dof i, which `cdof`
+        gives at the centre of mass of the tree, moved to the body's origin.
+        """
+        if not 0 <= body_id < self.model.nbody:
+            raise NotFoundError(f"body id {body_id} is not in [0, {self.model.nbody})")
+        if body_id not in self._dof_chains:
+            chain = torch.zeros(self.model.nv, 1, device=self.device)
+            body = body_id
+            while body:
+                start = self.model.body_dofadr[body]
+                if start >= 0:
+                    chain[start : start + self.model.body_dofnum[body]] = 1.0
+                body = self.model.body_parentid[body]
+            self._dof_chains[body_id] = chain
+        axes = self.field("cdof") * self._dof_chains[body_id]
+        angular, linear = axes[..., :3], axes[..., 3:]
+        root_com = self.field("subtree_com")[:, self.model.body_rootid[body_id]]
+        arm = (self.field("xpos")[:, body_id] - root_com).unsqueeze(1)
+        linear = linear + torch.linalg.cross(angular, arm.expand_as(angular))
+        return torch.cat((linear, angular), dim=-1).transpose(1, 2)
+
+    # -- shared by the engines
+
+    def _shape(self, name: str) -> tuple[int, ...]:
+        """Per-environment shape of an MjData field."""
+        return np.shape(getattr(self._shapes, name))
+
+    def _field_stage(self, name: str) -> Stage:
+        """The stage a field needs in this model; raises NotFoundError for a name that cannot be bound."""
+        if name in STATE_FIELDS:
+            return Stage.NONE
+        if name not in DERIVED_FIELDS:
+            choices = [*STATE_FIELDS, *DERIVED_FIELDS]
+            raise NotFoundError(f"unknown physics field '{name}'; {suggest(name, choices)}")
+        sensors = _NEEDS_SENSOR.get(name)
+        if sensors and not np.isin(self.model.sensor_type, [int(s) for s in sensors]).any():
+            names = ", ".join(s.name.removeprefix("mjSENS_").lower() for s in sensors)
+            raise NotFoundError(f"field '{name}' is computed only for a model with one of the sensors {names}")
+        if name == "sensordata":
+            kinematic = [s for s in sensor_stages(self.model) if s < Stage.ACC]
+            return Stage(max(kinematic, default=Stage.POS))
+        return DERIVED_FIELDS[name]
+
+    def _check_state_field(self, name: str) -> None:
+        if name not in STATE_FIELDS:
+            derived = " is derived and read-only" if name in DERIVED_FIELDS else " is no state field"
+            raise NotFoundError(f"cannot write '{name}': it{derived}; {suggest(name, STATE_FIELDS)}")
+
+    def _check_randomizable(self, name: str) -> None:
+        if name not in RANDOMIZABLE_FIELDS:
+            hint = suggest(name, RANDOMIZABLE_FIELDS)
+            raise NotFoundError(f"model field '{name}' cannot differ between environments; {hint}")
+
+
+def sensor_stages(model: mujoco.MjModel) -> list[Stage]:
+    """The stage that each entry of `sensordata` needs, length nsensordata."""
+    stages = []
+    for needed, dim in zip(model.sensor_needstage, model.sensor_dim, strict=True):
+        stages += [Stage(int(needed))] * int(dim)
+    return stages
+
+
+def broadcast_rows(name: str, values: torch.Tensor, rows: int, cols: int) -> torch.Tensor:
+    """`values` expanded to (rows, cols), with an error that names the field."""
+    try:
+        return values.expand(rows, cols)
+    except RuntimeError as error:
+        shape = tuple(values.shape)
+        raise ConfigError(f"cannot write '{name}': values of shape {shape} do not fit ({rows}, {cols})") from error
+
+
+def _own_copy(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy that does not reset itself: the reset would hide a failure."""
+    model = model.__copy__()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
+    return model

@@ -1,0 +1,300 @@
+"""Physics on the CPU: `mujoco.batch.Batch`, one MuJoCo simulation per environment on a thread pool.
+
+The state is float64 and lives in the batch's rows; what is bound is mirrored to float32 after every call. The
+result is the same bit for bit at any number of threads. MuJoCo's printed warnings are kept silent (no console
+line, no log file): :meth:`NativePhysics.health` reports them instead.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+import torch
+from mujoco.batch import Batch, SimulationError
+
+from lift_lab.utils.errors import ConfigError, PhysicsError
+
+from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, sensor_stages
+
+_LOG = logging.getLogger(__name__)
+
+_WARN = mujoco.mjtWarning
+_NONFINITE_WARNINGS = [
+    int(w)
+    for w in (
+        _WARN.mjWARN_BADQPOS,
+        _WARN.mjWARN_BADQVEL,
+        _WARN.mjWARN_BADQACC,
+        _WARN.mjWARN_BADCTRL,
+        _WARN.mjWARN_INERTIA,
+    )
+]
+_OVERFLOW_WARNINGS = [int(_WARN.mjWARN_CONTACTFULL), int(_WARN.mjWARN_CNSTRFULL)]
+
+_ADVANCED_FIELDS = frozenset({"time", "qpos", "qvel", "act"})
+"""State fields that the engine changes; the others change only when written or reset."""
+
+
+class NativePhysics(Physics):
+    """MuJoCo on a thread pool; see :class:`Physics` for the interface.
+
+    After step(), position-dependent fields and sensors, and velocity-dependent ones once any is bound, belong
+    to the new state. Force-dependent ones belong to the last substep, as after `mj_step`, until forward().
+
+    Args:
+        model: the compiled model; copied.
+        num_envs: number of environments.
+        device: the CPU.
+        num_threads: threads, including the caller's; None for every CPU this process may use.
+
+    Raises:
+        ConfigError: the device is not the CPU, or num_threads is below 1.
+    """
+
+    name = "native"
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        num_envs: int,
+        device: str | torch.device = "cpu",
+        num_threads: int | None = None,
+    ):
+        device = torch.device(device)
+        if device.type != "cpu":
+            raise ConfigError(f"native physics runs on device 'cpu', not '{device}'; choose physics 'warp' there")
+        if num_threads is None:
+            num_threads = _available_cpus()
+        if num_threads < 1:
+            raise ConfigError(f"num_threads must be at least 1, got {num_threads}")
+        super().__init__(model, num_envs, device)
+        self._batch = Batch(self.model, num_envs, num_threads)
+        self._columns = {name: self._state_columns(name) for name in STATE_FIELDS}
+        self._dynamic = slice(self._columns["qpos"].start, self._state_columns("qacc_warmstart").stop)
+        self._mirrors: dict[str, _Mirror] = {}
+        self._stage = Stage.POS
+        self._logged_engine_error = False
+        self._looked = True  # whether health() was asked since the last step
+        self._nonfinite = np.zeros(num_envs, bool)
+        self._overflow = np.zeros(num_envs, bool)
+        self._model_of_env: mujoco.MjModel | None = None
+        self._silence_warnings(slice(None))
+
+    @property
+    def num_threads(self) -> int:
+        """Threads that step the environments."""
+        return self._batch.nthread
+
+    # -- fields
+
+    def field(self, name: str) -> torch.Tensor:
+        mirror = self._mirrors.get(name)
+        return mirror.tensor if mirror is not None else self._bind(name).tensor
+
+    def _bind(self, name: str) -> _Mirror:
+        stage = self._field_stage(name)
+        column_stages = sensor_stages(self.model) if name == "sensordata" else None
+        if stage == Stage.NONE:
+            source = self._batch.state[:, self._columns[name]]
+        else:
+            source = self._batch.bind(name).reshape(self.num_envs, -1)
+        mirror = _Mirror(source, self._shape(name), stage, column_stages)
+        self._mirrors[name] = mirror
+        if stage == Stage.VEL:
+            self._stage = Stage.VEL
+        if stage != Stage.NONE:
+            needed = max(column_stages, default=stage) if column_stages is not None else stage
+            self._call(lambda: self._batch.forward(stage=int(needed)))
+        mirror.sync(Stage.ACC)
+        return mirror
+
+    def write(
+        self,
+        name: str,
+        values: torch.Tensor | float,
+        env_ids: torch.Tensor | Sequence[int] | None = None,
+        cols: slice | torch.Tensor | Sequence[int] | None = None,
+    ) -> None:
+        self._check_state_field(name)
+        target = self._batch.state[:, self._columns[name]]
+        rows = slice(None) if env_ids is None else _numpy_ids(env_ids)
+        columns = cols if isinstance(cols, slice) else slice(None) if cols is None else _numpy_ids(cols)
+        num_rows, num_cols = _length(rows, target.shape[0]), _length(columns, target.shape[1])
+        if not isinstance(rows, slice) and not isinstance(columns, slice):
+            rows = rows[:, None]
+        if not isinstance(values, torch.Tensor):
+            values = torch.as_tensor(values, dtype=torch.float64)
+        source = broadcast_rows(name, values.detach().cpu(), num_rows, num_cols).numpy()
+        target[rows, columns] = source
+        if name in self._mirrors:
+            self._mirrors[name].write(rows, columns, source)
+
+    # -- dynamics
+
+    def step(self, num_substeps: int = 1) -> None:
+        if num_substeps < 1:
+            raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
+        self._looked = False
+        self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
+        for name, mirror in self._mirrors.items():
+            if mirror.stage != Stage.NONE or name in _ADVANCED_FIELDS:
+                mirror.sync(Stage.ACC)
+
+    def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._forward(env_ids, self._stage)
+
+    def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._forward(env_ids, Stage.ACC)
+
+    def _forward(self, env_ids: torch.Tensor | Sequence[int] | None, stage: Stage) -> None:
+        ids = self._sorted_ids(env_ids)
+        if ids is not None and not len(ids):
+            return
+        self._call(lambda: self._batch.forward(ids, stage=int(stage)))
+        for mirror in self._mirrors.values():
+            if mirror.stage != Stage.NONE:
+                mirror.sync(stage, ids)
+
+    def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        ids = self._sorted_ids(env_ids)
+        if ids is not None and not len(ids):
+            return
+        if not self._looked:
+            self._collect_failures()
+        self._call(lambda: self._batch.reset(ids, stage=int(Stage.NONE)))
+        self._silence_warnings(slice(None) if ids is None else ids)
+        for mirror in self._mirrors.values():
+            if mirror.stage == Stage.NONE:
+                mirror.sync(Stage.NONE, ids)
+            else:
+                mirror.clear_forces(ids)
+
+    # -- model
+
+    def randomizable(self, name: str) -> torch.Tensor:
+        self._check_randomizable(name)
+        return torch.from_numpy(self._batch.expand(name))
+
+    def recompute_constants(self) -> None:
+        try:
+            self._batch.set_const()
+        except SimulationError as error:
+            raise PhysicsError(f"cannot recompute the constants of the randomised model: {error}") from error
+
+    # -- health and inspection
+
+    def health(self) -> Health:
+        self._collect_failures()
+        self._looked = True
+        report = Health(torch.from_numpy(self._nonfinite.copy()), torch.from_numpy(self._overflow.copy()))
+        self._nonfinite[:] = False
+        self._overflow[:] = False
+        return report
+
+    def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
+        data = self._batch.get_data(env_id, data)
+        self._model_of_env = self._batch.get_model(env_id, self._model_of_env)
+        for warning in data.warning:
+            warning.number = 1  # MuJoCo prints a warning only at its first occurrence
+        mujoco.mj_forward(self._model_of_env, data)
+        return data
+
+    # -- private
+
+    def _state_columns(self, name: str) -> slice:
+        """Where a state field lies in a row of the batch's state."""
+        view, state = self._batch.bind(name), self._batch.state
+        size = int(np.prod(view.shape[1:], dtype=int))
+        start = (view.ctypes.data - state.ctypes.data) // state.itemsize if size else 0
+        return slice(start, start + size)
+
+    def _sorted_ids(self, env_ids: torch.Tensor | Sequence[int] | None) -> np.ndarray | None:
+        """Ascending and unique, as the batch asks; None for all."""
+        if env_ids is None:
+            return None
+        return np.unique(_numpy_ids(env_ids))
+
+    def _call(self, function: Callable[[], None]) -> None:
+        """Run a batch call; environments in which MuJoCo raised keep their state and are marked as failed."""
+        try:
+            function()
+        except SimulationError as error:
+            if not self._logged_engine_error:
+                _LOG.warning("%s", str(error).splitlines()[0])
+                self._logged_engine_error = True
+            self._overflow[error.ids] = True
+
+    def _silence_warnings(self, rows: slice | np.ndarray) -> None:
+        """Start every warning counter at one: MuJoCo prints and logs to a file only when it leaves zero."""
+        self._batch.warning[rows, :, 1] = 1
+
+    def _collect_failures(self) -> None:
+        """Move what MuJoCo warned of since the last look and what the state shows into the failure flags."""
+        # one comparison finds NaN, infinity and huge values alike
+        self._nonfinite |= ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
+        raised = self._batch.warning[:, :, 1] > 1
+        if raised.any():
+            self._nonfinite |= raised[:, _NONFINITE_WARNINGS].any(1)
+            self._overflow |= raised[:, _OVERFLOW_WARNINGS].any(1)
+            self._silence_warnings(slice(None))
+
+
+class _Mirror:
+    """The float32 copy of one of the batch's arrays.
+
+    The copy is numpy's, on the calling thread: torch's would start its thread pool beside the batch's.
+    """
+
+    def __init__(self, source: np.ndarray, shape: tuple[int, ...], stage: Stage, column_stages: list[Stage] | None):
+        num_envs, width = source.shape
+        self.stage = stage
+        self.tensor = torch.zeros(num_envs, *shape)
+        self._target = self.tensor.numpy().reshape(num_envs, width)
+        self._source = source
+        self._column_stages = np.array([stage] * width if column_stages is None else column_stages, dtype=int)
+        self._lowest = int(self._column_stages.min(initial=int(Stage.ACC)))
+        self._highest = int(self._column_stages.max(initial=int(Stage.NONE)))
+
+    def write(self, rows: slice | np.ndarray, columns: slice | np.ndarray, values: np.ndarray) -> None:
+        """The values that were written into the source."""
+        with np.errstate(over="ignore"):
+            self._target[rows, columns] = values
+
+    def sync(self, stage: Stage, ids: np.ndarray | None = None) -> None:
+        """Copy the columns that are current once `stage` has been computed, of some environments or all."""
+        if self._lowest > stage:
+            return
+        with np.errstate(over="ignore"):  # a diverged value may exceed float32
+            if self._highest > stage:
+                rows = np.arange(len(self._target)) if ids is None else ids
+                index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
+                self._target[index] = self._source[index]
+            elif ids is None:
+                np.copyto(self._target, self._source, casting="same_kind")
+            else:
+                self._target[ids] = self._source[ids]
+
+    def clear_forces(self, ids: np.ndarray | None) -> None:
+        """Zero the force-dependent columns: they belonged to a state that is gone."""
+        if self._highest == Stage.ACC:
+            rows = np.arange(len(self._target)) if ids is None else ids
+            self._target[np.ix_(rows, np.flatnonzero(self._column_stages == Stage.ACC))] = 0.0
+
+
+def _numpy_ids(ids: torch.Tensor | Sequence[int]) -> np.ndarray:
+    return torch.as_tensor(ids, dtype=torch.long, device="cpu").numpy()
+
+
+def _length(index: slice | np.ndarray, size: int) -> int:
+    return len(range(*index.indices(size))) if isinstance(index, slice) else len(index)
+
+
+def _available_cpus() -> int:
+    """CPUs that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

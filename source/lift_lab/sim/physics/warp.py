@@ -1,0 +1,417 @@
+"""Physics on CUDA (or, slowly, on the CPU): `mujoco_warp`, all environments in one set of float32 arrays.
+
+The only module that imports warp. Tensors are the engine's own arrays, shared without a copy. On CUDA each
+kind of call is one graph, launched on torch's current stream; a graph is captured again when an array it
+refers to was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data`.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+import time
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Literal, NamedTuple
+
+import mujoco
+import mujoco_warp as mjw
+import numpy as np
+import torch
+import warp as wp
+
+from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError
+
+from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, sensor_stages
+
+_LOG = logging.getLogger(__name__)
+
+_OVERFLOWS = int(
+    mjw.OverflowType.NEFC
+    | mjw.OverflowType.NJMAX_NNZ
+    | mjw.OverflowType.BROADPHASE
+    | mjw.OverflowType.NARROWPHASE
+    | mjw.OverflowType.CCD
+    | mjw.OverflowType.HFIELD
+    | mjw.OverflowType.CONTACT_MATCH
+    | mjw.OverflowType.NVMAX
+    | mjw.OverflowType.TACTILE
+)
+"""Bits that mean something was dropped; reaching an iteration limit is no failure."""
+
+_UNSUPPORTED_FLAGS = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET | mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
+"""Flags that the engine does not know and does not need: it never resets itself and has no midphase."""
+
+_DERIVED_CONSTANTS = (
+    "body_subtreemass",
+    "body_invweight0",
+    "dof_invweight0",
+    "tendon_invweight0",
+    "tendon_length0",
+    "actuator_acc0",
+    "eq_data",
+)
+"""Model fields that recompute_constants() writes."""
+
+_COLLISION_SENSORS = (
+    mujoco.mjtSensor.mjSENS_CONTACT,
+    mujoco.mjtSensor.mjSENS_GEOMDIST,
+    mujoco.mjtSensor.mjSENS_GEOMNORMAL,
+    mujoco.mjtSensor.mjSENS_GEOMFROMTO,
+)
+
+
+class _Plan(NamedTuple):
+    """What a refresh computes besides the position kinematics; it decides which graph is launched."""
+
+    velocity: Literal["none", "com", "all"] = "none"
+    """Nothing; `cvel` and `cdof_dot` alone, which is one kernel and not ten; all that depends on velocity."""
+    sensors: bool = False
+    collision: bool = False
+    """Some sensor in use needs contacts at the new state."""
+
+
+@wp.kernel
+def _keep_columns(
+    keep: wp.array(dtype=bool),  # type: ignore[valid-type]
+    saved: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
+):
+    env, column = wp.tid()  # type: ignore[misc]
+    if keep[column]:
+        values[env, column] = saved[env, column]
+
+
+class WarpPhysics(Physics):
+    """MuJoCo-Warp; see :class:`Physics` for the interface.
+
+    After step() fields belong to the same states as on the native engine: positions (and velocities, once any
+    is bound) to the new state, forces to the last substep. refresh() and forward() compute all environments,
+    whichever are named; that changes nothing where nothing was written.
+
+    Contacts of all environments share one buffer: when it overflows, every environment is reported, since any
+    may have lost a contact. Constraint rows are per environment.
+
+    Args:
+        model: the compiled model; copied.
+        num_envs: number of environments.
+        device: "cpu" or "cuda:N".
+        nconmax: contacts per environment, None for an estimate from the model.
+        njmax: constraint rows per environment, None for an estimate from the model.
+
+    Raises:
+        ConfigError: the device is neither, or a size is below 1.
+        PhysicsError: the model uses a feature that the engine does not have.
+    """
+
+    name = "warp"
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        num_envs: int,
+        device: str | torch.device = "cuda:0",
+        nconmax: int | None = None,
+        njmax: int | None = None,
+    ):
+        device = torch.device(device)
+        if device.type not in ("cpu", "cuda"):
+            raise ConfigError(f"warp physics runs on devices 'cpu' and 'cuda:N', not '{device}'")
+        for name, size in (("nconmax", nconmax), ("njmax", njmax)):
+            if size is not None and size < 1:
+                raise ConfigError(f"{name} must be at least 1, got {size}")
+        super().__init__(model, num_envs, device)
+        wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner, no line per loaded module
+        wp.init()
+        self._wp_device = wp.device_from_torch(device)
+        estimate = estimate_sizes(self.model)
+        self.nconmax, self.njmax = nconmax or estimate[0], njmax or estimate[1]
+        with wp.ScopedDevice(self._wp_device):
+            self._m, self._d = self._put(self.model)
+            self._reset_mask = wp.zeros(num_envs, dtype=bool)
+            self._sensor_saved = wp.empty_like(self._d.sensordata)
+            stages = sensor_stages(self.model)
+            self._force_sensors = wp.array([s == Stage.ACC for s in stages], dtype=bool)
+        self._reset_mask_torch = wp.to_torch(self._reset_mask)
+        self._overflow_bits = wp.to_torch(self._d.overflow)
+        self._nonfinite = torch.zeros(num_envs, dtype=torch.bool, device=device)
+        self._overflow = torch.zeros_like(self._nonfinite)
+        self._fields: dict[str, torch.Tensor] = {}
+        self._stages: dict[str, Stage] = {}
+        self._plan = _Plan()
+        self._randomized: dict[str, torch.Tensor] = {}
+        self._graphs: dict[Hashable, wp.Graph] = {}
+        self._use_graphs = self._wp_device.is_cuda and wp.is_mempool_enabled(self._wp_device)
+        self._model_of_env: mujoco.MjModel | None = None
+        self._looked = True  # whether health() was asked since the last step
+        self._checked = [self._state_tensor(n) for n in ("qpos", "qvel", "act", "qacc_warmstart", "ctrl")]
+        self._warm_up()
+
+    # -- fields
+
+    def field(self, name: str) -> torch.Tensor:
+        if name not in self._fields:
+            stage = self._field_stage(name)
+            self._fields[name] = self._state_tensor(name)
+            self._stages[name] = stage
+            self._plan = self._make_plan()
+            if stage == Stage.ACC or (name == "sensordata" and Stage.ACC in sensor_stages(self.model)):
+                self.forward()
+            elif stage != Stage.NONE:
+                self.refresh()
+        return self._fields[name]
+
+    def write(
+        self,
+        name: str,
+        values: torch.Tensor | float,
+        env_ids: torch.Tensor | Sequence[int] | None = None,
+        cols: slice | torch.Tensor | Sequence[int] | None = None,
+    ) -> None:
+        self._check_state_field(name)
+        target = self.field(name).view(self.num_envs, -1)
+        rows = slice(None) if env_ids is None else self._ids(env_ids)
+        columns = cols if isinstance(cols, slice) else slice(None) if cols is None else self._ids(cols)
+        num_rows = self.num_envs if isinstance(rows, slice) else len(rows)
+        width = target.shape[1]
+        num_cols = len(range(*columns.indices(width))) if isinstance(columns, slice) else len(columns)
+        if not isinstance(rows, slice) and not isinstance(columns, slice):
+            rows = rows[:, None]
+        source = torch.as_tensor(values, dtype=torch.float32, device=self.device).detach()
+        target[rows, columns] = broadcast_rows(name, source, num_rows, num_cols)
+
+    # -- dynamics
+
+    def step(self, num_substeps: int = 1) -> None:
+        if num_substeps < 1:
+            raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
+
+        def substeps() -> None:
+            for _ in range(num_substeps):
+                mjw.step(self._m, self._d)
+            self._refresh_kernels()
+
+        self._looked = False
+        self._run(("step", num_substeps, self._plan), substeps)
+
+    def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._run(("refresh", self._plan), self._refresh_kernels)
+
+    def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._run("forward", lambda: mjw.forward(self._m, self._d))
+
+    def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        if not self._looked:
+            self._collect_failures()
+        if env_ids is None:
+            self._reset_mask_torch.fill_(True)
+        else:
+            self._reset_mask_torch.fill_(False)
+            self._reset_mask_torch[self._ids(env_ids)] = True
+        self._run("reset", lambda: mjw.reset_data(self._m, self._d, reset=self._reset_mask))
+        for name, tensor in self._fields.items():
+            if self._stages[name] == Stage.ACC:
+                mask = self._reset_mask_torch.view(-1, *[1] * (tensor.dim() - 1))
+                tensor.masked_fill_(mask, 0.0)
+
+    def _refresh_kernels(self) -> None:
+        """Position-dependent fields, velocity-dependent ones if any is bound, and sensors of these stages."""
+        m, d, plan = self._m, self._d, self._plan
+        if plan.collision:
+            mjw.fwd_position(m, d)
+        else:
+            mjw.fwd_kinematics(m, d)
+            mjw.transmission(m, d)
+        if plan.velocity == "com":
+            mjw.com_vel(m, d)
+        elif plan.velocity == "all":
+            mjw.fwd_velocity(m, d)
+        if plan.sensors:
+            wp.copy(self._sensor_saved, d.sensordata)
+            d.sensordata.zero_()
+            mjw.sensor_pos(m, d)
+            if plan.velocity == "all":
+                mjw.sensor_vel(m, d)
+            wp.launch(
+                _keep_columns,
+                dim=d.sensordata.shape,
+                inputs=[self._force_sensors, self._sensor_saved],
+                outputs=[d.sensordata],
+            )
+
+    def _make_plan(self) -> _Plan:
+        """The least work that keeps the bound fields current."""
+        velocities = {name for name, stage in self._stages.items() if stage == Stage.VEL}
+        sensors = "sensordata" in self._stages
+        kinds = [int(k) for k in _COLLISION_SENSORS]
+        collision = np.isin(self.model.sensor_type, kinds) & (self.model.sensor_needstage < int(Stage.ACC))
+        return _Plan(
+            velocity="none" if not velocities else "com" if velocities <= {"cvel", "cdof_dot"} else "all",
+            sensors=sensors,
+            collision=sensors and bool(collision.any()),
+        )
+
+    # -- model
+
+    def randomizable(self, name: str) -> torch.Tensor:
+        self._check_randomizable(name)
+        if name not in self._randomized:
+            self._randomized[name] = self._expand(name)
+        return self._randomized[name]
+
+    def recompute_constants(self) -> None:
+        for name in _DERIVED_CONSTANTS:
+            if getattr(self._m, name).size and name not in self._randomized:
+                self._expand(name)
+        with self._on_torch_stream():
+            mjw.set_const(self._m, self._d)
+
+    def _expand(self, name: str) -> torch.Tensor:
+        """Give a model field one row per environment; every captured graph still refers to the shared one."""
+        owner, attribute = (self._m.opt, name[4:]) if name.startswith("opt.") else (self._m, name)
+        shared = getattr(owner, attribute)
+        if shared.shape[0] != self.num_envs:
+            self._graphs.clear()
+            with self._on_torch_stream():
+                rows = wp.array(np.repeat(shared.numpy(), self.num_envs, axis=0), dtype=shared.dtype)
+            setattr(owner, attribute, rows)
+            shared = rows
+        shape = np.shape(getattr(self.model.opt, attribute) if owner is self._m.opt else getattr(self.model, name))
+        return _shared_tensor(shared, (self.num_envs, *shape), self.device)
+
+    # -- health and inspection
+
+    def health(self) -> Health:
+        self._collect_failures()
+        self._looked = True
+        report = Health(self._nonfinite.clone(), self._overflow.clone())
+        self._nonfinite.zero_()
+        self._overflow.zero_()
+        self._overflow_bits.zero_()
+        return report
+
+    def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
+        if not 0 <= env_id < self.num_envs:
+            raise NotFoundError(f"environment {env_id} is not in [0, {self.num_envs})")
+        if data is None:
+            data = mujoco.MjData(self.model)
+        if self._model_of_env is None:
+            self._model_of_env = self.model.__copy__()
+        for name in STATE_FIELDS:
+            value = self._state_tensor(name)[env_id].cpu().numpy()
+            if name == "time":
+                data.time = float(value)
+            else:
+                getattr(data, name)[:] = value
+        for name, rows in self._randomized.items():
+            owner = self._model_of_env.opt if name.startswith("opt.") else self._model_of_env
+            getattr(owner, name.removeprefix("opt."))[:] = rows[env_id].cpu().numpy()
+        for warning in data.warning:
+            warning.number = 1  # MuJoCo prints a warning only at its first occurrence
+        mujoco.mj_forward(self._model_of_env, data)
+        return data
+
+    # -- private
+
+    def _put(self, model: mujoco.MjModel) -> tuple[mjw.Model, mjw.Data]:
+        """The model and the arrays of all environments on the device."""
+        model = model.__copy__()
+        model.opt.disableflags &= ~_UNSUPPORTED_FLAGS
+        try:
+            on_device = mjw.put_model(model)
+            on_device.opt.warn_overflow = 0  # reported by health(), not printed by kernels
+            return on_device, mjw.make_data(model, self.num_envs, nconmax=self.nconmax, njmax=self.njmax)
+        except (NotImplementedError, ValueError) as error:
+            raise PhysicsError(f"warp physics cannot run this model: {error}; choose physics 'native'") from error
+
+    def _warm_up(self) -> None:
+        """Run every kernel once, so that compiling happens here and not inside a step or a capture."""
+        place = "in memory" if wp.config.kernel_cache_dir is None else f"in {wp.config.kernel_cache_dir}"
+        _LOG.info(
+            "loading MuJoCo-Warp kernels for %s; new ones take about a minute, then stay cached %s",
+            self.device,
+            place,
+        )
+        start = time.monotonic()
+        with self._on_torch_stream():
+            mjw.step(self._m, self._d)
+            mjw.fwd_kinematics(self._m, self._d)
+            mjw.fwd_position(self._m, self._d)
+        self.reset()
+        self.refresh()
+        self.health()
+        _LOG.info("MuJoCo-Warp kernels loaded in %.1f s", time.monotonic() - start)
+
+    def _state_tensor(self, name: str) -> torch.Tensor:
+        return _shared_tensor(getattr(self._d, name), (self.num_envs, *self._shape(name)), self.device)
+
+    def _ids(self, ids: torch.Tensor | Sequence[int]) -> torch.Tensor:
+        return torch.as_tensor(ids, dtype=torch.long, device=self.device)
+
+    def _collect_failures(self) -> None:
+        """Latch what the state shows and what the engine counted, all on the device."""
+        for tensor in self._checked:
+            # one comparison finds NaN, infinity and huge values alike
+            self._nonfinite |= ~(tensor.abs() <= MAX_VALUE).all(1)
+        self._overflow |= (self._overflow_bits & _OVERFLOWS) != 0
+
+    @contextmanager
+    def _on_torch_stream(self) -> Iterator[None]:
+        """Launch on torch's current stream, in order with torch's own work."""
+        if self._wp_device.is_cuda:
+            with wp.ScopedStream(wp.stream_from_torch(self.device)):
+                yield
+        else:
+            with wp.ScopedDevice(self._wp_device):
+                yield
+
+    def _run(self, key: Hashable, kernels: Callable[[], None]) -> None:
+        """Launch kernels: on CUDA as a graph, captured the first time `key` is seen."""
+        if not self._use_graphs:
+            with self._on_torch_stream():
+                kernels()
+            return
+        if key not in self._graphs:
+            self._graphs[key] = self._capture(kernels)
+        wp.capture_launch(self._graphs[key], stream=wp.stream_from_torch(self.device))
+
+    def _capture(self, kernels: Callable[[], None]) -> wp.Graph:
+        """Record kernels on warp's own stream: torch's default stream cannot be captured."""
+        collecting = gc.isenabled()
+        gc.disable()  # freeing an old graph would be recorded into the new one
+        try:
+            with wp.ScopedDevice(self._wp_device), wp.ScopedCapture() as capture:
+                kernels()
+        finally:
+            if collecting:
+                gc.enable()
+        if capture.graph is None:
+            raise PhysicsError("CUDA graph capture failed")
+        return capture.graph
+
+
+def estimate_sizes(model: mujoco.MjModel) -> tuple[int, int]:
+    """Contacts and constraint rows that one environment is likely to need at most.
+
+    The contacts are twice those of the default state plus room for 48 more; the rows hold all of them and
+    every equality, friction loss and limit.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    contacts = _round_up(2 * data.ncon + 48, 16)
+    dim = int(max(model.geom_condim.max(initial=1), model.pair_dim.max(initial=1)))
+    pyramidal = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+    rows_per_contact = 2 * (dim - 1) if pyramidal and dim > 1 else dim
+    limits = int(np.count_nonzero(model.jnt_limited) + np.count_nonzero(model.tendon_limited))
+    return contacts, _round_up(data.ne + model.nv + model.ntendon + limits + rows_per_contact * contacts, 16)
+
+
+def _round_up(value: int, multiple: int) -> int:
+    return -(-value // multiple) * multiple
+
+
+def _shared_tensor(array: wp.array, shape: tuple[int, ...], device: torch.device) -> torch.Tensor:
+    """A warp array as a torch tensor on the same memory, shaped as MuJoCo has it (matrices flattened)."""
+    if not array.size:
+        return torch.zeros(shape, device=device)
+    return wp.to_torch(array).view(shape)

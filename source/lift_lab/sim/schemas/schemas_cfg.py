@@ -1,0 +1,132 @@
+"""Physics properties that a spawner may set on what it spawns (names of Isaac Lab's schema configs).
+
+A None leaves what the USD file says. What MuJoCo has no counterpart for is listed once as ignored.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class ArticulationRootPropertiesCfg:
+    """Properties of an articulation's root."""
+
+    articulation_enabled: bool | None = None
+    enabled_self_collisions: bool | None = None
+    """Whether links of the articulation collide with each other."""
+    solver_position_iteration_count: int | None = None
+    solver_velocity_iteration_count: int | None = None
+    sleep_threshold: float | None = None
+    stabilization_threshold: float | None = None
+    fix_root_link: bool | None = None
+    """True fixes the root link to the world; False frees it."""
+
+
+@configclass
+class RigidBodyPropertiesCfg:
+    """Properties of every rigid body of the asset."""
+
+    rigid_body_enabled: bool | None = None
+    kinematic_enabled: bool | None = None
+    """Whether the body is moved by its user only (a mocap body)."""
+    disable_gravity: bool | None = None
+    """Whether gravity is compensated on the bodies."""
+    linear_damping: float | None = None
+    angular_damping: float | None = None
+    max_linear_velocity: float | None = None
+    max_angular_velocity: float | None = None
+    max_depenetration_velocity: float | None = None
+    max_contact_impulse: float | None = None
+    enable_gyroscopic_forces: bool | None = None
+    retain_accelerations: bool | None = None
+    solver_position_iteration_count: int | None = None
+    solver_velocity_iteration_count: int | None = None
+    sleep_threshold: float | None = None
+    stabilization_threshold: float | None = None
+
+
+@configclass
+class CollisionPropertiesCfg:
+    """Properties of every collider of the asset."""
+
+    collision_enabled: bool | None = None
+    """Whether the colliders collide."""
+    contact_offset: float | None = None
+    rest_offset: float | None = None
+    """Distance in m at which two surfaces rest (MuJoCo's margin)."""
+    torsional_patch_radius: float | None = None
+    min_torsional_patch_radius: float | None = None
+
+
+@configclass
+class MassPropertiesCfg:
+    """Mass or density of every rigid body of the asset."""
+
+    mass: float | None = None
+    """Mass in kg. The inertia is scaled with it."""
+    density: float | None = None
+    """Density of the colliders in kg/m^3, used when :attr:`mass` is None."""
+
+
+@configclass
+class JointDrivePropertiesCfg:
+    """Properties of every joint drive of the asset."""
+
+    drive_type: Literal["force", "acceleration"] | None = None
+    max_effort: float | None = None
+    """Largest force (N) or torque (N m)."""
+    max_velocity: float | None = None
+    stiffness: float | None = None
+    """Stiffness in N/m or N m/rad."""
+    damping: float | None = None
+    """Damping in N s/m or N m s/rad."""
+
+
+@configclass
+class FixedTendonPropertiesCfg:
+    """Properties of PhysX fixed tendons: accepted, and ignored."""
+
+    tendon_enabled: bool | None = None
+    stiffness: float | None = None
+    damping: float | None = None
+    limit_stiffness: float | None = None
+    offset: float | None = None
+    rest_length: float | None = None
+
+
+@configclass
+class SpatialTendonPropertiesCfg:
+    """Properties of PhysX spatial tendons: accepted, and ignored."""
+
+    tendon_enabled: bool | None = None
+    stiffness: float | None = None
+    damping: float | None = None
+    limit_stiffness: float | None = None
+    offset: float | None = None
+
+
+@configclass
+class DeformableBodyPropertiesCfg:
+    """Properties of PhysX deformable bodies: accepted as data."""
+
+    deformable_enabled: bool | None = None
+    kinematic_enabled: bool = False
+    self_collision: bool | None = None
+    self_collision_filter_distance: float | None = None
+    settling_threshold: float | None = None
+    sleep_damping: float | None = None
+    sleep_threshold: float | None = None
+    solver_position_iteration_count: int | None = None
+    vertex_velocity_damping: float | None = None
+    simulation_hexahedral_resolution: int = 10
+    collision_simplification: bool = True
+    collision_simplification_remeshing: bool = True
+    collision_simplification_remeshing_resolution: int = 0
+    collision_simplification_target_triangle_count: int = 0
+    collision_simplification_force_conforming: bool = True
+    contact_offset: float | None = None
+    rest_offset: float | None = None
+    max_depenetration_velocity: float | None = None

@@ -1,0 +1,252 @@
+"""The running simulation: the compiled model and the engine that steps it.
+
+A scene hands over one MjSpec; :meth:`SimulationContext.reset` compiles it, starts the engine chosen by device and
+lets the scene find its indices. Everything above reads and writes the engine through ``sim.physics``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import mujoco
+import torch
+
+from lift_lab.utils.errors import ConfigError, PhysicsError
+
+from .ignored import note_ignored
+from .physics import make_physics
+from .rendering import FrameRenderer, RenderView
+from .simulation_cfg import MujocoCfg, PhysxCfg, RenderCfg, SimulationCfg
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .physics.base import Physics
+
+
+class SceneLike(Protocol):
+    """What the simulation needs of a scene."""
+
+    num_envs: int
+    spec: mujoco.MjSpec
+
+    def initialize(self) -> None:
+        """Find indices in the compiled model and write the initial state."""
+        ...
+
+
+_INTEGRATORS = {
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+}
+_CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
+_SOLVERS = {
+    "PGS": mujoco.mjtSolver.mjSOL_PGS,
+    "CG": mujoco.mjtSolver.mjSOL_CG,
+    "Newton": mujoco.mjtSolver.mjSOL_NEWTON,
+}
+
+
+def resolve_device(device: str) -> str:
+    """``"auto"`` as a GPU where torch sees one, else the CPU; ``"cuda"`` as ``"cuda:0"``.
+
+    Raises:
+        ConfigError: a CUDA device that torch does not have.
+    """
+    if device == "auto":
+        return "cuda:0" if torch.cuda.is_available() else "cpu"
+    resolved = torch.device(device)
+    if resolved.type == "cuda":
+        index = resolved.index or 0
+        if not torch.cuda.is_available() or index >= torch.cuda.device_count():
+            found = [f"cuda:{i}" for i in range(torch.cuda.device_count())] if torch.cuda.is_available() else []
+            raise ConfigError(f"device '{device}' is not available; choose one of: {', '.join(['cpu', *found])}")
+        return f"cuda:{index}"
+    return str(resolved)
+
+
+def _pick(table: dict[str, Any], key: str, field: str) -> Any:
+    if key not in table:
+        raise ConfigError(f"sim.mujoco.{field}: '{key}' is not one of {', '.join(table)}")
+    return table[key]
+
+
+class SimulationContext:
+    """One simulation at a time, as in Isaac Lab: the newest instance is :meth:`instance`."""
+
+    _current: ClassVar[SimulationContext | None] = None
+
+    def __init__(self, cfg: SimulationCfg | None = None):
+        """Hold the settings; nothing is compiled before :meth:`reset`.
+
+        Raises:
+            ConfigError: the device does not exist.
+        """
+        self.cfg = (cfg if cfg is not None else SimulationCfg()).copy()
+        self._device = resolve_device(self.cfg.device)
+        self._scene: SceneLike | None = None
+        self._physics: Physics | None = None
+        self._renderer: FrameRenderer | None = None
+        self._note_ignored()
+        SimulationContext._current = self
+
+    @classmethod
+    def instance(cls) -> SimulationContext | None:
+        """The newest simulation, or None."""
+        return cls._current
+
+    @classmethod
+    def clear_instance(cls) -> None:
+        """Close and forget the newest simulation."""
+        if cls._current is not None:
+            cls._current.close()
+
+    @property
+    def device(self) -> str:
+        """Torch device of every tensor."""
+        return self._device
+
+    @property
+    def physics(self) -> Physics:
+        """The engine.
+
+        Raises:
+            PhysicsError: the simulation was not reset yet.
+        """
+        if self._physics is None:
+            raise PhysicsError("the simulation has not started: call sim.reset() after building the scene")
+        return self._physics
+
+    @property
+    def is_started(self) -> bool:
+        """Whether the model is compiled and the engine runs."""
+        return self._physics is not None
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model of one environment."""
+        return self.physics.model
+
+    def get_physics_dt(self) -> float:
+        """Physics step in seconds."""
+        return self.cfg.dt
+
+    def has_gui(self) -> bool:
+        """Always False: there is no window."""
+        return False
+
+    def set_scene(self, scene: SceneLike) -> None:
+        """Register the scene that :meth:`reset` compiles."""
+        self._scene = scene
+
+    def configure(self, spec: mujoco.MjSpec) -> None:
+        """Write time step, gravity and solver settings into a spec.
+
+        Raises:
+            ConfigError: an unknown integrator, cone or solver, or a time step that is not positive.
+        """
+        if not self.cfg.dt > 0:
+            raise ConfigError(f"sim.dt must be positive, got {self.cfg.dt}")
+        mj: MujocoCfg = self.cfg.mujoco
+        option = spec.option
+        option.timestep = self.cfg.dt
+        option.gravity = self.cfg.gravity
+        option.integrator = _pick(_INTEGRATORS, mj.integrator, "integrator")
+        option.cone = _pick(_CONES, mj.cone, "cone")
+        option.solver = _pick(_SOLVERS, mj.solver, "solver")
+        option.impratio = mj.impratio
+        option.iterations = mj.iterations
+        option.ls_iterations = mj.ls_iterations
+        if mj.tolerance is not None:
+            option.tolerance = mj.tolerance
+        if not mj.eulerdamp:
+            option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+
+    def reset(self) -> None:
+        """Compile the scene, start the engine and put everything into its initial state.
+
+        Raises:
+            PhysicsError: there is no scene, or MuJoCo cannot compile it.
+        """
+        if self._scene is None:
+            raise PhysicsError("there is nothing to simulate: build an InteractiveScene before sim.reset()")
+        self.configure(self._scene.spec)
+        try:
+            model = self._scene.spec.compile()
+        except ValueError as error:
+            raise PhysicsError(f"MuJoCo cannot compile the scene: {error}") from error
+        options = {}
+        if self.cfg.mujoco.nconmax is not None:
+            options["nconmax"] = self.cfg.mujoco.nconmax
+        if self.cfg.mujoco.njmax is not None:
+            options["njmax"] = self.cfg.mujoco.njmax
+        self._physics = make_physics(
+            model,
+            self._scene.num_envs,
+            self._device,
+            self.cfg.physics,
+            num_threads=self.cfg.num_threads,
+            **options,
+        )
+        self._scene.initialize()
+        self._physics.refresh()
+
+    def step(self, render: bool = True) -> None:
+        """Advance one physics step. ``render`` is Isaac Lab's; frames are drawn by :meth:`render` alone."""
+        self.physics.step(1)
+
+    def forward(self) -> None:
+        """Make kinematics current after states were written."""
+        self.physics.refresh()
+
+    def render(self, view: RenderView | None = None) -> np.ndarray:
+        """Draw one frame off screen.
+
+        Args:
+            view: camera, size and environments; None looks at the first environment.
+
+        Returns:
+            RGB image, shape (height, width, 3), uint8.
+
+        Raises:
+            PhysicsError: there is no OpenGL library to draw with.
+        """
+        view = view or RenderView()
+        if self._renderer is None or not self._renderer.fits(view):
+            if self._renderer is not None:
+                self._renderer.close()
+            self._renderer = FrameRenderer(self.physics, view)
+        return self._renderer.draw(view)
+
+    def close(self) -> None:
+        """Free the engine and the renderer. May be called again."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        self._physics = None
+        self._scene = None
+        if SimulationContext._current is self:
+            SimulationContext._current = None
+
+    def _note_ignored(self) -> None:
+        for name, default, reason in (
+            ("physx", PhysxCfg(), "PhysX setting; MuJoCo's are in sim.mujoco"),
+            ("render", RenderCfg(), "Omniverse renderer setting"),
+        ):
+            group = getattr(self.cfg, name)
+            for field, value in vars(group).items():
+                if value != getattr(default, field, None):
+                    note_ignored(f"sim.{name}.{field}", reason)
+        default = SimulationCfg()
+        for field, reason in (
+            ("enable_scene_query_support", "PhysX scene queries"),
+            ("use_fabric", "Omniverse Fabric"),
+            ("create_stage_in_memory", "stages are always in memory"),
+            ("save_logs_to_file", "logging is Python's"),
+            ("log_dir", "logging is Python's"),
+            ("logging_level", "logging is Python's"),
+        ):
+            if getattr(self.cfg, field) != getattr(default, field):
+                note_ignored(f"sim.{field}", reason)

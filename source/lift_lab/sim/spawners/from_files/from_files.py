@@ -1,0 +1,64 @@
+"""Load a USD file, or lay a ground plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from lift_lab import usd
+from lift_lab.utils.assets import resolve_usd_path
+
+from ...ignored import note_ignored
+from ..appearance import apply_appearance
+from ..spawner_cfg import Spawned
+
+if TYPE_CHECKING:
+    from .from_files_cfg import GroundPlaneCfg, UsdFileCfg
+
+
+def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
+    """Import ``cfg.usd_path`` (Isaac Lab's ``spawn_from_usd``).
+
+    Args:
+        prim_path: where the asset stands in the scene; its last part names the asset in messages.
+        cfg: the file, its scale and variants. Physics overrides are applied by the scene.
+
+    Raises:
+        FileError: the file does not exist.
+        UsdImportError: the file cannot be imported.
+    """
+    variants = cfg.variants
+    if variants is not None and not isinstance(variants, dict):
+        variants = {k: v for k, v in vars(variants).items() if not k.startswith("_")}
+    spec, report = usd.load(resolve_usd_path(cfg.usd_path), variants=variants, scale=cfg.scale)
+    if cfg.semantic_tags:
+        note_ignored(f"{prim_path}.semantic_tags", "there are no semantic images")
+    apply_appearance(spec, cfg)
+    return Spawned(spec, report)
+
+
+def spawn_ground_plane(prim_path: str, cfg: GroundPlaneCfg) -> Spawned:
+    """Lay a horizontal plane with a checker pattern at the origin (Isaac Lab's ``spawn_ground_plane``)."""
+    spec = mujoco.MjSpec()
+    name = prim_path.rsplit("/", 1)[-1]
+    color = cfg.color if cfg.color is not None else (0.3, 0.3, 0.3)
+    spec.add_texture(
+        name="grid",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.25 + 0.5 * c for c in color],
+        rgb2=[0.18 + 0.5 * c for c in color],
+        width=256,
+        height=256,
+    )
+    material = spec.add_material(name="grid", texrepeat=[1, 1], texuniform=True)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "grid"
+    spec.worldbody.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[cfg.size[0] / 2, cfg.size[1] / 2, 0.05],
+        material="grid",
+        friction=[cfg.physics_material.dynamic_friction, 0.005, 0.0001],
+    )
+    return Spawned(spec)

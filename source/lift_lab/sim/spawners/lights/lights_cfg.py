@@ -1,0 +1,93 @@
+"""Light configs. A dome light becomes MuJoCo's headlight, the others a light of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING
+from typing import Literal
+
+import mujoco
+
+from lift_lab.utils import configclass
+
+from ..spawner_cfg import Spawned, SpawnerCfg
+
+
+def spawn_light(prim_path: str, cfg: LightCfg) -> Spawned:
+    """Spawn a light at the origin, shining down the negative z-axis (USD's convention)."""
+    spec = mujoco.MjSpec()
+    name = prim_path.rsplit("/", 1)[-1]
+    level = 0.35 if cfg.prim_type == "DomeLight" else 0.7
+    kind = {
+        "DistantLight": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        "DomeLight": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+    }.get(cfg.prim_type, mujoco.mjtLightType.mjLIGHT_POINT)
+    spec.worldbody.add_light(
+        name=name,
+        type=kind,
+        pos=[0, 0, 4],
+        dir=[0, 0, -1],
+        diffuse=[level * c for c in cfg.color],
+        ambient=[0.25 * c for c in cfg.color] if cfg.prim_type == "DomeLight" else [0, 0, 0],
+        castshadow=cfg.prim_type != "DomeLight",
+    )
+    return Spawned(spec)
+
+
+@configclass
+class LightCfg(SpawnerCfg):
+    """Base of lights. Intensity and exposure are photometric in USD; MuJoCo's lights have a fixed level."""
+
+    func: Callable = spawn_light
+    prim_type: str = MISSING
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    enable_color_temperature: bool = False
+    color_temperature: float = 6500.0
+    normalize: bool = False
+    exposure: float = 0.0
+    intensity: float = 1.0
+
+
+@configclass
+class DiskLightCfg(LightCfg):
+    """A disk that emits light."""
+
+    prim_type = "DiskLight"
+    radius: float = 0.5
+
+
+@configclass
+class DistantLightCfg(LightCfg):
+    """A light at infinity, such as the sun."""
+
+    prim_type = "DistantLight"
+    angle: float = 0.53
+
+
+@configclass
+class DomeLightCfg(LightCfg):
+    """A sky."""
+
+    prim_type = "DomeLight"
+    texture_file: str | None = None
+    texture_format: Literal["automatic", "latlong", "mirroredBall", "angular", "cubeMapVerticalCross"] = "automatic"
+    visible_in_primary_ray: bool = True
+
+
+@configclass
+class CylinderLightCfg(LightCfg):
+    """A tube that emits light."""
+
+    prim_type = "CylinderLight"
+    length: float = 1.0
+    radius: float = 0.5
+    treat_as_line: bool = False
+
+
+@configclass
+class SphereLightCfg(LightCfg):
+    """A ball that emits light."""
+
+    prim_type = "SphereLight"
+    radius: float = 0.5
+    treat_as_point: bool = False

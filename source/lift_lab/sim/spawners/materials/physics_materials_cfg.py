@@ -1,0 +1,40 @@
+"""Physics materials (names of Isaac Lab's)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class PhysicsMaterialCfg:
+    """Base of physics materials."""
+
+
+@configclass
+class RigidBodyMaterialCfg(PhysicsMaterialCfg):
+    """Material of rigid bodies. MuJoCo has one sliding friction: :attr:`dynamic_friction` is used.
+
+    The friction of a contact is the larger of the two geoms' (MuJoCo), not their average (PhysX).
+    """
+
+    static_friction: float = 0.5
+    dynamic_friction: float = 0.5
+    restitution: float = 0.0
+    friction_combine_mode: Literal["average", "min", "multiply", "max"] = "average"
+    restitution_combine_mode: Literal["average", "min", "multiply", "max"] = "average"
+    compliant_contact_stiffness: float = 0.0
+    compliant_contact_damping: float = 0.0
+
+
+@configclass
+class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
+    """Material of deformable bodies: data only."""
+
+    density: float | None = None
+    dynamic_friction: float = 0.25
+    youngs_modulus: float = 50000000.0
+    poissons_ratio: float = 0.45
+    elasticity_damping: float = 0.005
+    damping_scale: float = 1.0

@@ -1,0 +1,44 @@
+"""Visual materials (names of Isaac Lab's)."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class VisualMaterialCfg:
+    """Base of visual materials."""
+
+
+@configclass
+class PreviewSurfaceCfg(VisualMaterialCfg):
+    """A UsdPreviewSurface. Colours are linear RGB in [0, 1]."""
+
+    diffuse_color: tuple[float, float, float] = (0.18, 0.18, 0.18)
+    emissive_color: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    roughness: float = 0.5
+    metallic: float = 0.0
+    opacity: float = 1.0
+
+
+@configclass
+class MdlFileCfg(VisualMaterialCfg):
+    """An MDL material: accepted, and drawn in the default colour."""
+
+    mdl_path: str = MISSING
+    project_uvw: bool | None = None
+    albedo_brightness: float | None = None
+    texture_scale: tuple[float, float] | None = None
+
+
+@configclass
+class GlassMdlCfg(VisualMaterialCfg):
+    """Omniverse's glass: accepted, and drawn in the default colour."""
+
+    mdl_path: str = "OmniGlass.mdl"
+    glass_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    frosting_roughness: float = 0.0
+    thin_walled: bool = False
+    glass_ior: float = 1.491

@@ -1,0 +1,5 @@
+"""Camera configs (data only)."""
+
+from .sensors_cfg import FisheyeCameraCfg, PinholeCameraCfg
+
+__all__ = ["FisheyeCameraCfg", "PinholeCameraCfg"]

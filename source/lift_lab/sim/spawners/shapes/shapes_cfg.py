@@ -1,0 +1,72 @@
+"""Configs of primitive shapes (names of Isaac Lab's). Lengths in m.
+
+A shape with ``rigid_props`` is a rigid body, one with ``collision_props`` collides; without both it is only drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING
+from typing import Literal
+
+from lift_lab.utils import configclass
+
+from .. import materials
+from ..spawner_cfg import RigidObjectSpawnerCfg
+from .shapes import spawn_capsule, spawn_cone, spawn_cuboid, spawn_cylinder, spawn_sphere
+
+
+@configclass
+class ShapeCfg(RigidObjectSpawnerCfg):
+    """Base of primitive shapes."""
+
+    visual_material_path: str = "material"
+    visual_material: materials.VisualMaterialCfg | None = None
+    physics_material_path: str = "material"
+    physics_material: materials.PhysicsMaterialCfg | None = None
+
+
+@configclass
+class SphereCfg(ShapeCfg):
+    """A ball."""
+
+    func: Callable = spawn_sphere
+    radius: float = MISSING
+
+
+@configclass
+class CuboidCfg(ShapeCfg):
+    """A box of full lengths :attr:`size`."""
+
+    func: Callable = spawn_cuboid
+    size: tuple[float, float, float] = MISSING
+
+
+@configclass
+class CylinderCfg(ShapeCfg):
+    """A cylinder along :attr:`axis`."""
+
+    func: Callable = spawn_cylinder
+    radius: float = MISSING
+    height: float = MISSING
+    axis: Literal["X", "Y", "Z"] = "Z"
+
+
+@configclass
+class CapsuleCfg(ShapeCfg):
+    """A capsule along :attr:`axis`; its height is without the caps."""
+
+    func: Callable = spawn_capsule
+    radius: float = MISSING
+    height: float = MISSING
+    axis: Literal["X", "Y", "Z"] = "Z"
+
+
+@configclass
+class ConeCfg(ShapeCfg):
+    """A cone along :attr:`axis`."""
+
+    func: Callable = spawn_cone
+    radius: float = MISSING
+    height: float = MISSING
+    axis: Literal["X", "Y", "Z"] = "Z"

@@ -1,0 +1,49 @@
+"""The entry point of the importer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import mujoco
+from pxr import Usd
+
+from lift_lab.usd.audit import raise_on_ignored, reject_nan
+from lift_lab.usd.build import Builder
+from lift_lab.usd.parse import parse
+from lift_lab.usd.report import ImportReport
+from lift_lab.usd.stage import open_stage
+
+
+def load(
+    path: str | Path | Usd.Stage,
+    *,
+    variants: Mapping[str, str] | None = None,
+    scale: float | Sequence[float] | None = None,
+    strict: bool = False,
+    restitution: bool = False,
+) -> tuple[mujoco.MjSpec, ImportReport]:
+    """Import a USD stage.
+
+    Args:
+        path: A .usd, .usda, .usdc or .usdz file, or a stage in memory (which is not changed).
+        variants: Selection by variant set name, as ``{"Physics": "physx"}``.
+        scale: Factor on the default prim, one number or three. Authored masses stay as they are.
+        strict: Raise if any authored physics would be ignored.
+        restitution: Let contacts of materials with a restitution bounce, approximately.
+
+    Returns:
+        The spec, in metres, kilograms, radians and Z-up, bodies under its world body, and the report.
+
+    Raises:
+        UsdImportError: The stage cannot be imported; the message names file, prim and attribute.
+    """
+    stage, name = open_stage(path, variants, scale)
+    default = stage.GetDefaultPrim()
+    report = ImportReport(name, default.GetName() if default else "")
+    reject_nan(stage, name)
+    parsed = parse(stage, name, report)
+    spec = Builder(parsed, restitution).build()
+    if strict:
+        raise_on_ignored(parsed)
+    return spec, report

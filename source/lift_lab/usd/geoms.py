@@ -1,0 +1,180 @@
+"""Colliders: one MuJoCo geom (or several) per prim with PhysicsCollisionAPI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from lift_lab.usd import dialects
+from lift_lab.usd.materials import Appearance, Contact, ContactMaterials, display_group
+from lift_lab.usd.meshes import MeshStore
+from lift_lab.usd.names import Names
+from lift_lab.usd.parse import ParsedStage, has_schema, value_of
+from lift_lab.usd.shapes import GEOM, Shape, bounding_box, bounding_sphere, shapes_of
+from lift_lab.usd.units import Pose
+
+GROUP_VISIBLE, GROUP_VISUAL, GROUP_HIDDEN = 0, 2, 3
+_HULL_NOTES = {
+    "none": "triangle mesh",
+    "meshSimplification": "simplified triangle mesh",
+    "sdf": "signed distance field",
+    "convexDecomposition": "convex decomposition",
+}
+
+
+@dataclass
+class Home:
+    """Where the geoms of a prim go: a MuJoCo body, its frame in the world and its prim path (None: static)."""
+
+    body: mujoco.MjsBody
+    frame: Pose
+    path: str | None
+    moving: bool
+
+
+@dataclass
+class Collider:
+    """A built collider, with what mass and contact filters need of it."""
+
+    path: str
+    prim: Usd.Prim
+    home: Home
+    shapes: list[Shape]
+    contact: Contact
+    desc: Any
+    shell: bool
+    geoms: list[mujoco.MjsGeom] = field(default_factory=list)
+
+
+def renderable(prim: Usd.Prim) -> bool:
+    """Whether a renderer would draw the prim: visible, and of purpose default or render."""
+    imageable = UsdGeom.Imageable(prim)
+    if not imageable or imageable.ComputePurpose() not in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render):
+        return False
+    return imageable.ComputeVisibility() != UsdGeom.Tokens.invisible
+
+
+def place(geom: mujoco.MjsGeom, shape: Shape, mesh_name: str = "") -> None:
+    """Write type, size and pose of a shape to a geom."""
+    geom.type = shape.type
+    geom.pos, geom.quat = shape.pose.pos, shape.pose.quat
+    if shape.type == GEOM.mjGEOM_MESH:
+        geom.meshname = mesh_name
+    else:
+        geom.size = [*shape.size, 0.0, 0.0][:3]
+
+
+def add_colliders(
+    parsed: ParsedStage,
+    names: Names,
+    store: MeshStore,
+    contacts: ContactMaterials,
+    appearance: Appearance,
+    home_of: Callable[[Usd.Prim], Home],
+) -> list[Collider]:
+    """Add a geom for every enabled collider and return them in stage order."""
+    colliders = []
+    for path, desc in parsed.shapes.items():
+        prim = parsed.prim(path)
+        if not desc.collisionEnabled:
+            continue
+        home = home_of(prim)
+        shapes = _collision_shapes(parsed, prim, desc, shapes_of(parsed, prim, home.frame), home)
+        if not shapes:
+            parsed.report.ignore(path, "PhysicsCollisionAPI", f"no collision geometry for a {prim.GetTypeName()}")
+            continue
+        shell = bool(value_of(prim, "mjc:shellinertia")) or value_of(prim, "newton:massModel") == "shell"
+        shell = shell or value_of(prim, "mjc:inertia") == "shell"
+        collider = Collider(path, prim, home, shapes, contacts.of_shape(prim, desc), desc, shell)
+        shown = renderable(prim) and not _replaced(prim, shapes)
+        for i, shape in enumerate(shapes):
+            geom = home.body.add_geom(name=names.of("geom", path, f"_{i}" if i else ""))
+            place(geom, shape, _mesh_name(parsed, store, prim, shape, shell))
+            geom.group = display_group(prim, GROUP_VISIBLE if shown else GROUP_HIDDEN)
+            contacts.apply(collider.contact, geom)
+            _contact_fields(parsed, prim, geom)
+            appearance.apply(prim, geom)
+            collider.geoms.append(geom)
+        colliders.append(collider)
+    for prim in parsed.prims:
+        if has_schema(prim, "PhysicsCollisionAPI") and str(prim.GetPath()) not in parsed.shapes:
+            reason = f"usd-core finds no collision shape on a {prim.GetTypeName() or 'prim without type'}"
+            parsed.report.ignore(prim.GetPath(), "PhysicsCollisionAPI", reason)
+    return colliders
+
+
+def _replaced(prim: Usd.Prim, shapes: list[Shape]) -> bool:
+    """Whether a mesh collides as another shape, so that its picture is a geom of its own."""
+    return prim.IsA(UsdGeom.Mesh) and shapes[0].type != GEOM.mjGEOM_MESH
+
+
+def _mesh_name(parsed: ParsedStage, store: MeshStore, prim: Usd.Prim, shape: Shape, shell: bool) -> str:
+    if shape.mesh is None:
+        return ""
+    limit = dialects.resolve(parsed, dialects.COLLIDER, "hull vertices", prim)
+    return store.add(str(prim.GetPath()), shape.mesh, True, int(limit or -1), shell)
+
+
+def _collision_shapes(
+    parsed: ParsedStage, prim: Usd.Prim, desc: Any, shapes: list[Shape], home: Home
+) -> list[Shape]:
+    path = str(prim.GetPath())
+    found = []
+    for shape in shapes:
+        if shape.note:
+            parsed.report.approximate(path, "", shape.note)
+        if shape.type == GEOM.mjGEOM_PLANE and home.moving:
+            parsed.report.approximate(path, "", "a plane on a moving body becomes a thin box")
+            width, length, _ = shape.size
+            shape = Shape(GEOM.mjGEOM_BOX, (width, length, 0.005), shape.pose @ Pose(np.array([0, 0, -0.005]), np.eye(3)))
+        elif shape.mesh is not None and prim.IsA(UsdGeom.Mesh):
+            shape = _mesh_shape(parsed, path, str(desc.approximation), shape)
+        found.append(shape)
+    return found
+
+
+def _mesh_shape(parsed: ParsedStage, path: str, approximation: str, shape: Shape) -> Shape:
+    assert shape.mesh is not None
+    if approximation == "boundingCube":
+        return bounding_box(shape)
+    if approximation == "boundingSphere":
+        return bounding_sphere(shape)
+    if shape.mesh.flat():
+        parsed.report.approximate(path, "points", "a flat mesh collides as a thin slab below its face")
+        return Shape(shape.type, shape.size, shape.pose, shape.mesh.thickened())
+    if approximation in _HULL_NOTES and shape.mesh.concave():
+        reason = f"a concave {_HULL_NOTES[approximation]} collides as its convex hull"
+        parsed.report.approximate(path, "physics:approximation", reason)
+    return shape
+
+
+def _contact_fields(parsed: ParsedStage, prim: Usd.Prim, geom: mujoco.MjsGeom) -> None:
+    def read(quantity: str) -> Any:
+        return dialects.resolve(parsed, dialects.COLLIDER, quantity, prim)
+
+    for quantity in ("margin", "gap", "solmix"):
+        value = read(quantity)
+        if value is not None:
+            setattr(geom, quantity, float(value))
+    for quantity in ("condim", "priority", "contype", "conaffinity"):
+        value = read(quantity)
+        if value is not None:
+            setattr(geom, quantity, int(value))
+    for quantity in ("solref", "solimp", "friction"):
+        value = read(quantity)
+        if value is not None:
+            merged = np.array(getattr(geom, quantity), dtype=float)
+            given = np.atleast_1d(value)[: len(merged)]
+            merged[: len(given)] = given
+            setattr(geom, quantity, merged)
+    offset = value_of(prim, "physxCollision:contactOffset")
+    if offset is not None and np.isfinite(offset) and read("gap") is None:
+        rest = value_of(prim, "physxCollision:restOffset")
+        rest = rest if rest is not None and np.isfinite(rest) else 0.0
+        geom.gap = float(offset - rest) * parsed.units.length
+        parsed.report.took("gap", "physx")

@@ -1,0 +1,198 @@
+"""Materials: contact parameters from physics materials, colour and texture from shading networks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from pxr import Ar, Usd, UsdGeom, UsdPhysics, UsdShade
+
+from lift_lab.usd import dialects
+from lift_lab.usd.names import Names
+from lift_lab.usd.parse import ParsedStage, has_schema, value_of
+
+_REF_TIME = 0.02
+"""Time constant in s of the contact that an opted-in restitution is given (MuJoCo's default)."""
+
+
+@dataclass
+class Contact:
+    """Contact parameters of one physics material; None leaves MuJoCo's default."""
+
+    friction: float | None = None
+    torsional: float | None = None
+    rolling: float | None = None
+    density: float | None = None
+    restitution: float = 0.0
+
+
+class ContactMaterials:
+    """Physics materials by prim path, read once each."""
+
+    def __init__(self, parsed: ParsedStage, restitution: bool) -> None:
+        self._parsed = parsed
+        self._restitution = restitution
+        self._known: dict[str, Contact] = {}
+
+    def of_shape(self, prim: Usd.Prim, desc: Any) -> Contact:
+        """Contact parameters bound to a collider: the parser's resolved material, physics purpose first."""
+        for path in desc.materials:
+            if path:
+                return self._read(str(path))
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
+        if material and has_schema(material.GetPrim(), "PhysicsMaterialAPI"):
+            return self._read(str(material.GetPath()))
+        return Contact()
+
+    def _read(self, path: str) -> Contact:
+        if path not in self._known:
+            self._known[path] = self._load(path)
+        return self._known[path]
+
+    def _load(self, path: str) -> Contact:
+        parsed, prim = self._parsed, self._parsed.prim(path)
+        api = UsdPhysics.MaterialAPI(prim)
+        values = {
+            "dynamicFriction": api.GetDynamicFrictionAttr().Get(),
+            "staticFriction": api.GetStaticFrictionAttr().Get(),
+            "restitution": api.GetRestitutionAttr().Get(),
+            "density": api.GetDensityAttr().Get(),
+        }
+        for name, value in values.items():
+            if value is None or not math.isfinite(value) or value < 0:
+                raise parsed.fail(prim, f"physics:{name}", f"must be a number of at least zero, is {value}")
+        dynamic, static = values["dynamicFriction"], values["staticFriction"]
+        if api.GetStaticFrictionAttr().HasAuthoredValue() and abs(static - dynamic) > 1e-6:
+            reason = f"one coefficient for both: dynamic friction {dynamic:g} is used, not {static:g}"
+            parsed.report.approximate(path, "physics:staticFriction", reason)
+        if values["restitution"] > 0 and not self._restitution:
+            parsed.report.ignore(path, "physics:restitution", "contacts do not bounce unless restitution=True")
+        return Contact(
+            friction=float(dynamic),
+            torsional=dialects.resolve(parsed, dialects.MATERIAL, "torsional friction", prim),
+            rolling=dialects.resolve(parsed, dialects.MATERIAL, "rolling friction", prim),
+            density=float(values["density"]) * parsed.units.factor("density") or None,
+            restitution=float(values["restitution"]),
+        )
+
+    def apply(self, contact: Contact, geom: mujoco.MjsGeom) -> None:
+        """Write friction, and restitution if it was opted in, to a geom."""
+        friction = [float(v) for v in geom.friction]
+        for i, value in enumerate((contact.friction, contact.torsional, contact.rolling)):
+            if value is not None:
+                friction[i] = value
+        geom.friction = friction
+        if self._restitution and contact.restitution > 0:
+            geom.solref = restitution_solref(contact.restitution)
+
+
+def restitution_solref(restitution: float) -> tuple[float, float]:
+    """Direct solref (-stiffness, -damping) of a contact whose rebound speed is `restitution` of the approach speed.
+
+    A linear spring and damper with damping ratio z returns exp(-pi z / sqrt(1 - z^2)); the stiffness is that of a
+    natural frequency of 1 / 0.02 s.
+    """
+    log = math.log(min(max(restitution, 1e-3), 1.0))
+    ratio = -log / math.hypot(math.pi, log)
+    stiffness = 1.0 / _REF_TIME**2
+    return -stiffness, -max(2.0 * ratio * math.sqrt(stiffness), 1e-6)
+
+
+def srgb(linear: Any) -> tuple[float, float, float]:
+    """Linear colour, clipped to [0, 1], as sRGB (IEC 61966-2-1)."""
+    c = np.clip(np.nan_to_num(np.asarray(linear, dtype=float)[:3]), 0.0, 1.0)
+    r, g, b = np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)
+    return float(r), float(g), float(b)
+
+
+class Appearance:
+    """Colours and textures of visual geoms."""
+
+    def __init__(self, parsed: ParsedStage, spec: mujoco.MjSpec, names: Names) -> None:
+        self._parsed = parsed
+        self._spec = spec
+        self._names = names
+        self._textures: dict[str, str | None] = {}
+
+    def apply(self, prim: Usd.Prim, geom: mujoco.MjsGeom, subset: UsdGeom.Subset | None = None) -> None:
+        """Give a geom the colour of its bound preview surface, else of its displayColor, else MuJoCo's grey."""
+        owner = subset.GetPrim() if subset else prim
+        material, _ = UsdShade.MaterialBindingAPI(owner).ComputeBoundMaterial()
+        shader = _preview_surface(material) if material else None
+        if shader:
+            color, texture = _diffuse(shader)
+            opacity = shader.GetInput("opacity")
+            alpha = opacity.Get() if opacity and not opacity.HasConnectedSource() else 1.0
+            alpha = float(alpha) if alpha is not None else 1.0
+            if texture is not None and geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+                name = self._texture(texture)
+                if name:
+                    geom.material = name
+                    geom.rgba = (1.0, 1.0, 1.0, alpha)
+                    return
+            if color is not None:
+                geom.rgba = (*srgb(color), alpha)
+                return
+        color = _display(prim, "displayColor")
+        opacity = _display(prim, "displayOpacity")
+        if color is not None or opacity is not None:
+            rgb = srgb(color) if color is not None else (0.5, 0.5, 0.5)
+            geom.rgba = (*rgb, float(np.clip(opacity, 0, 1)) if opacity is not None else 1.0)
+
+    def _texture(self, shader: UsdShade.Shader) -> str | None:
+        """Material name for a UsdUVTexture with a PNG file, None (with a note) for any other."""
+        asset = shader.GetInput("file").Get() if shader.GetInput("file") else None
+        path = asset.resolvedPath if asset else ""
+        where = str(shader.GetPath())
+        if where in self._textures:
+            return self._textures[where]
+        name = None
+        if not path:
+            self._parsed.report.ignore(where, "inputs:file", "the texture file does not resolve")
+        elif Path(path.rstrip("]")).suffix.lower() != ".png":
+            self._parsed.report.ignore(where, "inputs:file", "only PNG textures are shown")
+        else:
+            content = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
+            name = self._names.of("texture", where)
+            key = f"{name}.png"
+            self._spec.assets[key] = bytes(content.GetBuffer())
+            self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=key)
+            material = self._spec.add_material(name=name)
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+        self._textures[where] = name
+        return name
+
+
+def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader | None:
+    source = material.ComputeSurfaceSource()[0]
+    return source if source and source.GetIdAttr().Get() == "UsdPreviewSurface" else None
+
+
+def _diffuse(shader: UsdShade.Shader) -> tuple[Any, UsdShade.Shader | None]:
+    diffuse = shader.GetInput("diffuseColor")
+    if not diffuse:
+        return (0.18, 0.18, 0.18), None  # UsdPreviewSurface's own fallback
+    for attribute in diffuse.GetValueProducingAttributes():
+        node = UsdShade.Shader(attribute.GetPrim())
+        if node and node.GetIdAttr().Get() == "UsdUVTexture":
+            fallback = node.GetInput("fallback")
+            return (fallback.Get() if fallback else None), node
+        return attribute.Get(), None
+    return diffuse.Get(), None
+
+
+def _display(prim: Usd.Prim, name: str) -> Any:
+    """First value of an inherited displayColor or displayOpacity primvar."""
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    values = primvar.Get() if primvar and primvar.HasAuthoredValue() else None
+    return values[0] if values is not None and len(values) else None
+
+
+def display_group(prim: Usd.Prim, default: int) -> int:
+    """MuJoCo group from `mjc:group`, else `default`."""
+    group = value_of(prim, "mjc:group")
+    return int(group) if group is not None else default

@@ -1,0 +1,210 @@
+"""One pass over the stage: usd-core's physics descriptors, indexed, plus exact reading of raw attributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdUtils
+
+from lift_lab.usd.report import ImportReport, UsdImportError
+from lift_lab.usd.stage import note_diagnostics
+from lift_lab.usd.units import Pose, Units, gf_matrix, polar
+
+TYPES = UsdPhysics.ObjectType
+JOINT_TYPES = {
+    TYPES.FixedJoint: "fixed",
+    TYPES.RevoluteJoint: "revolute",
+    TYPES.PrismaticJoint: "prismatic",
+    TYPES.SphericalJoint: "spherical",
+    TYPES.DistanceJoint: "distance",
+    TYPES.D6Joint: "d6",
+    TYPES.CustomJoint: "custom",
+}
+SHAPE_TYPES = {
+    TYPES.SphereShape,
+    TYPES.CubeShape,
+    TYPES.CapsuleShape,
+    TYPES.Capsule1Shape,
+    TYPES.CylinderShape,
+    TYPES.Cylinder1Shape,
+    TYPES.ConeShape,
+    TYPES.MeshShape,
+    TYPES.PlaneShape,
+    TYPES.CustomShape,
+    TYPES.SpherePointsShape,
+}
+
+
+@dataclass
+class Joint:
+    """A joint prim with both frames in metres, in its bodies (`body0`, `body1`; None is the world)."""
+
+    path: str
+    kind: str
+    desc: Any
+    body0: str | None
+    body1: str | None
+    frame0: Pose
+    frame1: Pose
+    prim: Usd.Prim
+
+    @property
+    def excluded(self) -> bool:
+        """Whether the joint must stay out of the kinematic tree."""
+        return self.desc.excludeFromArticulation or self.kind == "distance"
+
+
+@dataclass
+class ParsedStage:
+    """A stage with everything the builders need to look up."""
+
+    stage: Usd.Stage
+    source: str
+    units: Units
+    report: ImportReport
+    prims: list[Usd.Prim]
+    order: dict[str, int]
+    """Traversal index of every prim path: the stage's authored order."""
+    bodies: dict[str, Any] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    shapes: dict[str, Any] = field(default_factory=dict)
+    articulations: dict[str, Any] = field(default_factory=dict)
+    groups: dict[str, Any] = field(default_factory=dict)
+    scenes: dict[str, Any] = field(default_factory=dict)
+    xforms: UsdGeom.XformCache = field(default_factory=UsdGeom.XformCache)
+
+    def prim(self, path: object) -> Usd.Prim:
+        return self.stage.GetPrimAtPath(str(path))
+
+    def fail(self, prim: object, attribute: str, reason: str) -> UsdImportError:
+        """Build the error for one prim and attribute of this stage."""
+        path = prim.GetPath() if isinstance(prim, Usd.Prim) else prim
+        return UsdImportError(self.source, str(path), attribute, reason)
+
+    def affine(self, prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
+        """World transform of `prim` in the Z-up world: linear part (no unit) and origin in metres."""
+        linear, origin = gf_matrix(self.xforms.GetLocalToWorldTransform(prim))
+        if not (np.isfinite(linear).all() and np.isfinite(origin).all()):
+            raise self.fail(prim, "xformOpOrder", "the world transform is not finite")
+        return self.units.up @ linear, self.units.up @ origin * self.units.length
+
+    def pose(self, prim: Usd.Prim) -> Pose:
+        """World frame of `prim` with its scale taken out."""
+        linear, origin = self.affine(prim)
+        if abs(np.linalg.det(linear)) < 1e-30:
+            raise self.fail(prim, "xformOp:scale", "the world transform is singular")
+        return Pose(origin, polar(linear)[0])
+
+    def body_of(self, prim: Usd.Prim) -> str | None:
+        """Path of the rigid body that `prim` belongs to: itself or the nearest ancestor it moves with."""
+        while prim and not prim.IsPseudoRoot():
+            path = str(prim.GetPath())
+            if path in self.bodies:
+                return path
+            if prim.IsA(UsdGeom.Xformable) and UsdGeom.Xformable(prim).GetResetXformStack():
+                return None
+            prim = prim.GetParent()
+        return None
+
+
+def value_of(prim: Usd.Prim, name: str) -> Any:
+    """Authored value of an attribute, or None: fallbacks and blocked values count as not authored."""
+    attribute = prim.GetAttribute(name)
+    return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+
+
+def targets_of(prim: Usd.Prim, name: str) -> list[str]:
+    """Forwarded targets of a relationship as strings."""
+    relationship = prim.GetRelationship(name)
+    return [str(path) for path in relationship.GetForwardedTargets()] if relationship else []
+
+
+def applied_schemas(prim: Usd.Prim) -> list[str]:
+    """API schemas on the prim, unregistered vendor schemas included (HasAPI does not see those)."""
+    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
+def has_schema(prim: Usd.Prim, name: str) -> bool:
+    """Whether an API schema (any instance of a multiple-apply one) is on the prim."""
+    return any(s == name or s.startswith(f"{name}:") for s in applied_schemas(prim))
+
+
+def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
+    """Run usd-core's physics parser over the whole stage and index its descriptors.
+
+    Raises:
+        UsdImportError: A joint names a prim that does not exist, or the same body twice.
+    """
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    prims = list(Usd.PrimRange(stage.GetPseudoRoot(), predicate))[1:]
+    order = {str(prim.GetPath()): i for i, prim in enumerate(prims)}
+    parsed = ParsedStage(stage, source, Units.of(stage), report, prims, order)
+    if not (0 < parsed.units.length < float("inf") and 0 < parsed.units.mass < float("inf")):
+        raise UsdImportError(source, reason="metersPerUnit and kilogramsPerUnit must be positive and finite")
+    load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
+    found = load(stage, ["/"])
+    stores = {
+        TYPES.RigidBody: parsed.bodies,
+        TYPES.Articulation: parsed.articulations,
+        TYPES.CollisionGroup: parsed.groups,
+        TYPES.Scene: parsed.scenes,
+    }
+    for kind, (paths, descs) in found.items():
+        store = parsed.shapes if kind in SHAPE_TYPES else stores.get(kind)
+        if store is not None:
+            store.update({str(path): desc for path, desc in zip(paths, descs, strict=True)})
+    for store in (parsed.bodies, parsed.shapes):
+        for path in sorted(store, key=lambda p: order.get(p, len(order))):
+            store[path] = store.pop(path)
+    joints = [
+        (str(path), JOINT_TYPES[kind], desc)
+        for kind, (paths, descs) in found.items()
+        if kind in JOINT_TYPES
+        for path, desc in zip(paths, descs, strict=True)
+    ]
+    for path, kind, desc in sorted(joints, key=lambda item: order.get(item[0], len(order))):
+        joint = _joint(parsed, path, kind, desc)
+        if joint:
+            parsed.joints[path] = joint
+    note_diagnostics(delegate, report)
+    return parsed
+
+
+def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None:
+    prim = parsed.prim(path)
+    for attribute in ("physics:body0", "physics:body1"):
+        for target in targets_of(prim, attribute):
+            if not parsed.prim(target):
+                raise parsed.fail(prim, attribute, f"no prim at <{target}>")
+    if not desc.jointEnabled:
+        parsed.report.ignore(path, "physics:jointEnabled", "the joint is disabled")
+        return None
+    body0, body1 = (str(p) if p and str(p) in parsed.bodies else None for p in (desc.body0, desc.body1))
+    if body0 == body1:
+        if body0 is None:
+            parsed.report.ignore(path, "", "neither side of the joint is a rigid body")
+            return None
+        raise parsed.fail(prim, "physics:body1", f"both sides of the joint are the body <{body0}>")
+    length = parsed.units.length
+    frames = [
+        Pose.of(position, orientation, length)
+        for position, orientation in (
+            (desc.localPose0Position, desc.localPose0Orientation),
+            (desc.localPose1Position, desc.localPose1Orientation),
+        )
+    ]
+    up = Pose(np.zeros(3), parsed.units.up)
+    # A side without a body is given in the stage's world, which the import turns to Z-up.
+    frame0 = frames[0] if body0 else up @ frames[0]
+    frame1 = frames[1] if body1 else up @ frames[1]
+    if not all(np.isfinite(f.pos).all() and np.isfinite(f.rot).all() for f in (frame0, frame1)):
+        raise parsed.fail(prim, "physics:localPos0", "a joint frame is not finite")
+    return Joint(path, kind, desc, body0, body1, frame0, frame1, prim)
+
+
+def gf_array(value: Gf.Vec3f) -> np.ndarray:
+    """A Gf vector as float64."""
+    return np.array(value, dtype=float)

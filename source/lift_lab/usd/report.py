@@ -1,0 +1,99 @@
+"""What an import leaves behind for the reader: the error it stops with and the report it returns."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from rich.table import Table
+
+from lift_lab.utils.errors import LiftLabError
+
+
+class UsdImportError(LiftLabError, ValueError):
+    """A USD stage that cannot become a model. The message names the file, the prim and the attribute."""
+
+    def __init__(self, source: str, prim_path: str = "", attribute: str = "", reason: str = "") -> None:
+        self.source, self.prim_path, self.attribute, self.reason = source, prim_path, attribute, reason
+        where = f"{source}: <{prim_path}>" if prim_path else source
+        where = f"{where}.{attribute}" if attribute else where
+        super().__init__(f"{where}: {reason}")
+
+
+@dataclass(frozen=True)
+class Note:
+    """One remark about the stage: something left out, or carried over inexactly."""
+
+    prim_path: str
+    """Prim that the remark is about."""
+    attribute: str
+    """Attribute or API schema, empty for the prim as a whole."""
+    reason: str
+    """Why, in one line."""
+    tuning: bool = False
+    """True for settings of another engine's solver: they change no physical quantity, and `strict` passes them."""
+
+
+@dataclass
+class ImportReport:
+    """What was read from a stage, what was approximated and what was ignored."""
+
+    path: str
+    """File that was read, or the root layer's identifier."""
+    default_prim: str = ""
+    """Name of the stage's default prim, empty if it has none."""
+    bodies: list[str] = field(default_factory=list)
+    """Body names in model order, the world excluded."""
+    joints: list[str] = field(default_factory=list)
+    """Joint names in model order, free joints included."""
+    actuators: list[str] = field(default_factory=list)
+    """Actuator names in model order."""
+    root_bodies: list[str] = field(default_factory=list)
+    """Bodies that hang directly under the world."""
+    articulation_roots: list[str] = field(default_factory=list)
+    """Paths of the prims that carry PhysicsArticulationRootAPI."""
+    prim_paths: dict[str, str] = field(default_factory=dict)
+    """Prim path of every body, by body name."""
+    joint_velocity_limits: dict[str, float] = field(default_factory=dict)
+    """Authored velocity limits in rad/s or m/s, by joint name."""
+    initial_joint_pos: dict[str, float] = field(default_factory=dict)
+    """Joint positions other than zero that the stage starts with, in rad or m, by joint name."""
+    initial_ctrl: dict[str, float] = field(default_factory=dict)
+    """Drive targets other than zero, in rad, m, rad/s or m/s, by actuator name."""
+    ignored: list[Note] = field(default_factory=list)
+    """Authored content that has no effect on the model."""
+    approximated: list[Note] = field(default_factory=list)
+    """Authored content that the model carries only inexactly."""
+    dialects: dict[str, dict[str, int]] = field(default_factory=dict)
+    """For each quantity read from a vendor schema: how many prims took it from which dialect."""
+
+    def ignore(self, prim_path: object, attribute: str, reason: str, tuning: bool = False) -> None:
+        """Record authored content that has no effect."""
+        self.ignored.append(Note(str(prim_path), attribute, reason, tuning))
+
+    def approximate(self, prim_path: object, attribute: str, reason: str) -> None:
+        """Record content that is carried over inexactly."""
+        self.approximated.append(Note(str(prim_path), attribute, reason))
+
+    def took(self, quantity: str, dialect: str) -> None:
+        """Count one value of `quantity` read from `dialect`."""
+        counts = self.dialects.setdefault(quantity, {})
+        counts[dialect] = counts.get(dialect, 0) + 1
+
+    def table(self) -> Table:
+        """Render the report; notes that differ only in their prim are folded into one row."""
+        table = Table(title=f"USD import: {self.path}", show_lines=False)
+        for column in ("", "what", "where", "detail"):
+            table.add_column(column, overflow="fold")
+        for kind, names in (("body", self.bodies), ("joint", self.joints), ("actuator", self.actuators)):
+            table.add_row("read", f"{len(names)} {kind}", ", ".join(names[:4]), "..." if len(names) > 4 else "")
+        table.add_row("read", "roots", ", ".join(self.root_bodies[:4]), ", ".join(self.articulation_roots[:4]))
+        for quantity, counts in sorted(self.dialects.items()):
+            table.add_row("read", quantity, "", ", ".join(f"{d} x{n}" for d, n in sorted(counts.items())))
+        for kind, notes in (("approximated", self.approximated), ("ignored", self.ignored)):
+            groups = Counter((note.attribute, note.reason) for note in notes)
+            first = {(n.attribute, n.reason): n.prim_path for n in reversed(notes)}
+            for (attribute, reason), count in groups.items():
+                where = first[attribute, reason] + (f" and {count - 1} more" if count > 1 else "")
+                table.add_row(kind, attribute, where, reason)
+        return table

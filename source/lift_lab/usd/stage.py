@@ -1,0 +1,167 @@
+"""Opening a stage for import: composition errors, variant choices, uniform scale, point instancers.
+
+Every edit goes to an anonymous session layer, so that neither the file nor a stage of the caller's changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils
+
+from lift_lab.usd.report import ImportReport, UsdImportError
+from lift_lab.utils.errors import suggest
+
+MAX_INSTANCES = 20_000
+"""Most point instances that one instancer may be expanded into."""
+
+_COMPOSITION = {
+    "ErrorInvalidAssetPath": "references",
+    "ErrorUnresolvedPrimPath": "references",
+    "ErrorArcCycle": "references",
+    "ErrorInvalidReferenceOffset": "references",
+    "ErrorInvalidSublayerPath": "subLayers",
+    "ErrorSublayerCycle": "subLayers",
+    "ErrorInvalidPrimPath": "references",
+}
+"""Composition errors without which the stage is incomplete, and the field that causes them."""
+
+
+def open_stage(
+    source: str | Path | Usd.Stage,
+    variants: Mapping[str, str] | None = None,
+    scale: float | Sequence[float] | None = None,
+) -> tuple[Usd.Stage, str]:
+    """Open `source` on a session layer of its own and apply the caller's choices there.
+
+    Args:
+        source: A .usd, .usda, .usdc or .usdz file, or a stage in memory.
+        variants: Selection by variant set name, made on every prim that has the set.
+        scale: Factor on the default prim, one number or three.
+
+    Returns:
+        The stage and the name to use for it in messages.
+
+    Raises:
+        UsdImportError: The file is missing or broken, a reference does not resolve, or a variant does not exist.
+    """
+    diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # holds USD's own warnings back from stderr
+    session = Sdf.Layer.CreateAnonymous("lift_lab_import")
+    if isinstance(source, Usd.Stage):
+        layer, name = source.GetRootLayer(), source.GetRootLayer().identifier
+        session.subLayerPaths.append(source.GetSessionLayer().identifier)
+    else:
+        name = str(source)
+        layer = _open_layer(Path(source))
+    stage = Usd.Stage.Open(layer, session)
+    stage.SetEditTarget(session)
+    _raise_composition_errors(stage, name)
+    for variant_set, selection in (variants or {}).items():
+        _select_variant(stage, name, variant_set, selection)
+    if variants:
+        _raise_composition_errors(stage, name)
+    if scale is not None:
+        _scale(stage, name, scale)
+    _expand_point_instancers(stage, name)
+    diagnostics.TakeUncoalescedDiagnostics()
+    return stage, name
+
+
+def note_diagnostics(delegate: UsdUtils.CoalescingDiagnosticDelegate, report: ImportReport) -> None:
+    """Put what USD itself warned about into the report."""
+    for diagnostic in delegate.TakeUncoalescedDiagnostics():
+        text = diagnostic.commentary.split("(")[0].strip()
+        prim = next((word.strip("<>,.'\"") for word in text.split() if word.startswith(("/", "</"))), "")
+        report.ignore(prim, "", f"usd-core: {' '.join(text.split())[:200]}")
+
+
+def _open_layer(path: Path) -> Sdf.Layer:
+    if not path.is_file():
+        raise UsdImportError(str(path), reason="no such file")
+    try:
+        layer = Sdf.Layer.FindOrOpen(str(path))
+    except Tf.ErrorException as error:
+        lines = [line.split(" : ", 1)[-1].strip(" '\n") for line in str(error).splitlines() if " : " in line]
+        raise UsdImportError(str(path), reason=lines[0] if lines else "cannot be read as USD") from None
+    if layer is None:
+        raise UsdImportError(str(path), reason="cannot be read as USD")
+    return layer
+
+
+def _raise_composition_errors(stage: Usd.Stage, name: str) -> None:
+    for error in stage.GetCompositionErrors():
+        attribute = _COMPOSITION.get(type(error).__name__)
+        if attribute:
+            path = error.rootSite.path if error.rootSite else ""
+            raise UsdImportError(name, str(path), attribute, " ".join(str(error).split()))
+
+
+def _select_variant(stage: Usd.Stage, name: str, variant_set: str, selection: str) -> None:
+    known: set[str] = set()
+    found = False
+    # A selection can bring in prims with further variant sets, so each change starts the walk again.
+    pending = True
+    while pending:
+        pending = False
+        for prim in stage.Traverse(Usd.PrimAllPrimsPredicate):
+            if not prim.HasVariantSets():
+                continue
+            sets = prim.GetVariantSets()
+            known.update(sets.GetNames())
+            if variant_set not in sets.GetNames():
+                continue
+            choices = sets.GetVariantSet(variant_set).GetVariantNames()
+            if selection not in choices:
+                reason = f"variant set '{variant_set}' has no '{selection}'; {suggest(selection, choices)}"
+                raise UsdImportError(name, str(prim.GetPath()), variant_set, reason)
+            found = True
+            if sets.GetVariantSelection(variant_set) != selection:
+                if not sets.GetVariantSet(variant_set).SetVariantSelection(selection):
+                    raise UsdImportError(name, str(prim.GetPath()), variant_set, "cannot be selected here")
+                if sets.GetVariantSelection(variant_set) == selection:
+                    pending = True
+                    break
+    if not found:
+        hint = suggest(variant_set, sorted(known)) if known else "the stage has none"
+        raise UsdImportError(name, reason=f"no variant set '{variant_set}'; {hint}")
+
+
+def _scale(stage: Usd.Stage, name: str, scale: float | Sequence[float]) -> None:
+    factors = [float(scale)] * 3 if isinstance(scale, (int, float)) else [float(v) for v in scale]
+    if len(factors) != 3 or not all(abs(v) > 0 and abs(v) < float("inf") for v in factors):
+        raise UsdImportError(name, reason=f"scale must be one or three finite factors other than zero, not {scale}")
+    default = stage.GetDefaultPrim()
+    for prim in [default] if default else stage.GetPseudoRoot().GetChildren():
+        if prim.IsA(UsdGeom.Xformable):
+            op = UsdGeom.Xformable(prim).AddScaleOp(UsdGeom.XformOp.PrecisionDouble, "import")
+            op.Set(Gf.Vec3d(*factors))
+
+
+def _expand_point_instancers(stage: Usd.Stage, name: str) -> None:
+    """Author one prim per point instance beside the instancer: the physics parser does not look inside one."""
+    instancers = [UsdGeom.PointInstancer(p) for p in stage.Traverse() if p.IsA(UsdGeom.PointInstancer)]
+    for instancer in instancers:
+        prim = instancer.GetPrim()
+        indices = instancer.GetProtoIndicesAttr().Get() or []
+        prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
+        matrices = instancer.ComputeInstanceTransformsAtTime(
+            Usd.TimeCode.Default(), Usd.TimeCode.Default(), UsdGeom.PointInstancer.ExcludeProtoXform
+        )
+        mask = instancer.ComputeMaskAtTime(Usd.TimeCode.Default())
+        path = str(prim.GetPath())
+        if len(indices) > MAX_INSTANCES:
+            raise UsdImportError(name, path, "protoIndices", f"{len(indices)} instances; at most {MAX_INSTANCES}")
+        if len(matrices) != len(indices):
+            raise UsdImportError(name, path, "positions", "positions and protoIndices differ in length")
+        frame = UsdGeom.Xformable(prim).GetLocalTransformation()
+        for i, (index, matrix) in enumerate(zip(indices, matrices, strict=True)):
+            if mask and not mask[i]:
+                continue
+            if not 0 <= index < len(prototypes):
+                raise UsdImportError(name, path, "protoIndices", f"no prototype {index}")
+            holder = UsdGeom.Xform.Define(stage, prim.GetParent().GetPath().AppendChild(f"{prim.GetName()}_{i}"))
+            holder.AddTransformOp().Set(matrix * frame)
+            instance = stage.DefinePrim(holder.GetPath().AppendChild(prototypes[index].name))
+            instance.GetReferences().AddInternalReference(prototypes[index])
+        prim.SetActive(False)

@@ -1,0 +1,176 @@
+"""The joint graph as a kinematic forest: which body hangs under which, by which joints, and what is left over.
+
+USD joints connect two bodies without saying which is the parent, may close loops, and may run against the tree.
+MuJoCo wants a tree, so a joint is either an edge of it (possibly reversed) or becomes an equality constraint.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass, field
+
+from lift_lab.usd.parse import Joint, ParsedStage, has_schema
+from lift_lab.usd.units import Pose
+
+
+@dataclass
+class Edge:
+    """A joint seen from its tree parent: frames in the parent and in the child, `reversed` if body1 is the parent."""
+
+    joint: Joint
+    parent_frame: Pose
+    child_frame: Pose
+    reversed: bool
+
+    @property
+    def offset(self) -> Pose:
+        """Child body in the parent body at joint position zero."""
+        return self.parent_frame @ self.child_frame.inverse()
+
+
+@dataclass
+class Link:
+    """One rigid body in the forest."""
+
+    path: str
+    parent: str | None
+    """Path of the parent body, None under the world."""
+    edges: list[Edge] = field(default_factory=list)
+    """Joints to the parent; empty for a body that floats freely, is kinematic or is disabled."""
+    free: bool = False
+    mocap: bool = False
+    children: list[Link] = field(default_factory=list)
+
+
+@dataclass
+class Forest:
+    """All links in depth-first order, and the joints that are not part of the tree."""
+
+    roots: list[Link]
+    links: dict[str, Link]
+    loops: list[Joint]
+
+    def component(self, path: str) -> list[str]:
+        """Paths of all links of the tree that `path` belongs to."""
+        link = self.links[path]
+        while link.parent:
+            link = self.links[link.parent]
+        stack, found = [link], []
+        while stack:
+            link = stack.pop()
+            found.append(link.path)
+            stack.extend(reversed(link.children))
+        return found
+
+
+def build_forest(parsed: ParsedStage) -> Forest:
+    """Choose roots and tree edges.
+
+    A body with a joint to the world is a root. Any other connected group floats on a free joint at the body with the
+    articulation root, else at one that is no joint's body1, else at its first body. Joints are taken in authored
+    order, and one that runs from parent to child before one that would have to be reversed.
+    """
+    incident: dict[str | None, list[tuple[int, Joint]]] = {path: [] for path in parsed.bodies}
+    incident[None] = []
+    for i, joint in enumerate(parsed.joints.values()):
+        if not joint.excluded:
+            incident[joint.body0].append((i, joint))
+            incident[joint.body1].append((i, joint))
+    state = _Growth(parsed, incident)
+    for path, body in parsed.bodies.items():
+        if not body.rigidBodyEnabled or body.kinematicBody:
+            state.start(path, free=False, mocap=bool(body.rigidBodyEnabled))
+    state.grow([None])
+    while state.remaining:
+        root = _floating_root(parsed, incident, next(iter(state.remaining)))
+        state.start(root, free=True)
+        state.grow([root])
+    used = {edge.joint.path for link in state.links.values() for edge in link.edges}
+    loops = [joint for joint in parsed.joints.values() if joint.path not in used]
+    links = {path: link for root in state.roots for path, link in _preorder(root)}
+    return Forest(state.roots, links, loops)
+
+
+class _Growth:
+    """Grows trees over the joint graph from given bodies."""
+
+    def __init__(self, parsed: ParsedStage, incident: dict[str | None, list[tuple[int, Joint]]]) -> None:
+        self.incident = incident
+        self.links: dict[str, Link] = {}
+        self.roots: list[Link] = []
+        self.remaining = dict.fromkeys(parsed.bodies)
+        self.kinematic: list[str] = []
+        self.by_index = {i: joint for entries in incident.values() for i, joint in entries}
+
+    def start(self, path: str, free: bool, mocap: bool = False) -> None:
+        link = Link(path, None, free=free, mocap=mocap)
+        self.links[path] = link
+        self.roots.append(link)
+        self.remaining.pop(path)
+        if not free:
+            self.kinematic.append(path)
+
+    def grow(self, sources: list[str | None]) -> None:
+        """Attach everything that can be reached from `sources` (None is the world) and from kinematic bodies."""
+        heap: list[tuple[bool, int, str | None]] = []
+
+        def push(path: str | None) -> None:
+            for i, joint in self.incident[path]:
+                heapq.heappush(heap, (joint.body0 != path, i, path))
+
+        for path in [*sources, *self.kinematic]:
+            push(path)
+        self.kinematic.clear()
+        while heap:
+            against, index, parent = heapq.heappop(heap)
+            joint = self.by_index[index]
+            child = joint.body0 if against else joint.body1
+            if child not in self.remaining or child is None:
+                continue
+            link = Link(child, parent)
+            self.links[child] = link
+            self.remaining.pop(child)
+            (self.links[parent].children if parent else self.roots).append(link)
+            # Several joints between the same two bodies are one compound joint (MJCF-derived stages).
+            for _, other in self.incident[child]:
+                if {other.body0, other.body1} == {parent, child} and _compound(joint, other):
+                    link.edges.append(_edge(other, parent))
+            push(child)
+
+
+def _compound(first: Joint, other: Joint) -> bool:
+    return other is first or (first.kind in _SCALAR and other.kind in _SCALAR)
+
+
+_SCALAR = {"revolute", "prismatic", "d6"}
+
+
+def _edge(joint: Joint, parent: str | None) -> Edge:
+    if joint.body0 == parent:
+        return Edge(joint, joint.frame0, joint.frame1, reversed=False)
+    return Edge(joint, joint.frame1, joint.frame0, reversed=True)
+
+
+def _floating_root(parsed: ParsedStage, incident: dict[str | None, list[tuple[int, Joint]]], seed: str) -> str:
+    group, stack = {seed: None}, [seed]
+    while stack:
+        for _, joint in incident[stack.pop()]:
+            for path in (joint.body0, joint.body1):
+                if path is not None and path not in group:
+                    group[path] = None
+                    stack.append(path)
+    members = sorted(group, key=lambda path: parsed.order[path])
+    for path in members:
+        if has_schema(parsed.prim(path), "PhysicsArticulationRootAPI"):
+            return path
+    followers = {joint.body1 for path in members for _, joint in incident[path]}
+    return next((path for path in members if path not in followers), members[0])
+
+
+def _preorder(root: Link) -> list[tuple[str, Link]]:
+    stack, found = [root], []
+    while stack:
+        link = stack.pop()
+        found.append((link.path, link))
+        stack.extend(reversed(link.children))
+    return found

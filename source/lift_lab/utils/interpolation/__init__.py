@@ -1,0 +1,3 @@
+"""Interpolation of sampled functions."""
+
+from .linear_interpolation import LinearInterpolation

@@ -1,0 +1,42 @@
+"""Configurations of modifiers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING
+from typing import Any
+
+import torch
+
+from ..configclass import configclass
+from . import modifier
+
+
+@configclass
+class ModifierCfg:
+    """A modifier: a function of the data, or a :class:`ModifierBase` class."""
+
+    func: Callable[..., torch.Tensor] = MISSING
+    """Function ``(data, **params) -> data``, or class built as ``func(cfg, data_dim, device)``."""
+    params: dict[str, Any] = {}
+    """Keyword arguments of a function."""
+
+
+@configclass
+class DigitalFilterCfg(ModifierCfg):
+    """A linear digital filter (see :class:`DigitalFilter`)."""
+
+    func: type[modifier.DigitalFilter] = modifier.DigitalFilter
+    A: list[float] = MISSING
+    """Weights of past outputs, latest first: the denominator of the transfer function without its leading 1."""
+    B: list[float] = MISSING
+    """Weights of the present input and of past ones, latest first: the numerator of the transfer function."""
+
+
+@configclass
+class IntegratorCfg(ModifierCfg):
+    """An integral over time (see :class:`Integrator`)."""
+
+    func: type[modifier.Integrator] = modifier.Integrator
+    dt: float = MISSING
+    """Time between two calls in s."""

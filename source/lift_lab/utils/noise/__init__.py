@@ -1,0 +1,21 @@
+"""Noise on tensors, as configurations that carry their function (Isaac Lab's ``utils.noise``).
+
+.. code-block:: python
+
+    cfg = AdditiveGaussianNoiseCfg(mean=0.0, std=0.1)
+    noisy = cfg.func(data, cfg)
+"""
+
+from .noise_cfg import (
+    ConstantNoiseCfg,
+    GaussianNoiseCfg,
+    NoiseCfg,
+    NoiseModelCfg,
+    NoiseModelWithAdditiveBiasCfg,
+    UniformNoiseCfg,
+)
+from .noise_model import NoiseModel, NoiseModelWithAdditiveBias, constant_noise, gaussian_noise, uniform_noise
+
+ConstantBiasNoiseCfg = ConstantNoiseCfg
+AdditiveUniformNoiseCfg = UniformNoiseCfg
+AdditiveGaussianNoiseCfg = GaussianNoiseCfg

@@ -1,0 +1,4 @@
+"""One module a robot."""
+
+from .cartpole import *  # noqa: F403
+from .franka import *  # noqa: F403

@@ -1,0 +1,82 @@
+"""Configurations of the Franka Emika Panda with its hand.
+
+- :obj:`FRANKA_PANDA_CFG`: gains with which grasping is learned.
+- :obj:`FRANKA_PANDA_HIGH_PD_CFG`: less damping, to follow the targets of an inverse-kinematics controller.
+
+Names, initial pose and actuator groups are Isaac Lab's; where a number is not, its PhysX value does not carry
+over to MuJoCo and the docstring says why. Masses, limits and shapes come from the USD file (see its NOTICE
+for sources).
+"""
+
+import lift_lab.sim as sim_utils
+from lift_lab.actuators import ImplicitActuatorCfg
+from lift_lab.assets.articulation import ArticulationCfg
+from lift_lab.utils.assets import ASSETS_USD_DIR
+
+__all__ = ["FRANKA_PANDA_CFG", "FRANKA_PANDA_HIGH_PD_CFG"]
+
+FRANKA_PANDA_CFG = ArticulationCfg(
+    spawn=sim_utils.UsdFileCfg(
+        usd_path=f"{ASSETS_USD_DIR}/franka_panda.usda",
+        activate_contact_sensors=False,
+        rigid_props=sim_utils.RigidBodyPropertiesCfg(disable_gravity=True),
+        articulation_props=sim_utils.ArticulationRootPropertiesCfg(enabled_self_collisions=False),
+    ),
+    init_state=ArticulationCfg.InitialStateCfg(
+        joint_pos={
+            "panda_joint1": 0.0,
+            "panda_joint2": -0.569,
+            "panda_joint3": 0.0,
+            "panda_joint4": -2.810,
+            "panda_joint5": 0.0,
+            "panda_joint6": 3.037,
+            "panda_joint7": 0.741,
+            "panda_finger_joint.*": 0.04,
+        },
+    ),
+    actuators={
+        "panda_shoulder": ImplicitActuatorCfg(
+            joint_names_expr=["panda_joint[1-4]"],
+            effort_limit_sim=87.0,
+            stiffness=400.0,
+            damping=160.0,
+        ),
+        "panda_forearm": ImplicitActuatorCfg(
+            joint_names_expr=["panda_joint[5-7]"],
+            effort_limit_sim=12.0,
+            stiffness=400.0,
+            damping=160.0,
+        ),
+        "panda_hand": ImplicitActuatorCfg(
+            joint_names_expr=["panda_finger_joint.*"],
+            effort_limit_sim=70.0,
+            stiffness=350.0,
+            damping=10.0,
+        ),
+    },
+    soft_joint_pos_limit_factor=1.0,
+)
+"""The Panda with gains that grasp and learn.
+
+- Initial pose (rad; fingers in m, open): Isaac Lab's.
+- Arm, 400 N m/rad and 160 N m s/rad: Isaac Lab's 80 and 4 leave a damping ratio of about 0.2 here,
+  so the arm oscillates; and a fast arm teaches exploration to swat the cube instead of grasping it.
+- Fingers, 350 N/m and 10 N s/m: Isaac Lab's 2000 and 100 squeeze a light cube harder than a contact that is
+  resolved at 5 ms can hold; slower fingers never close while the policy's gripper command still flickers.
+- Effort: 87 and 12 N m are the arm's data sheet, as in Isaac Lab; 70 N is the hand's continuous grasping
+  force (Isaac Lab allows 200 N).
+- Gravity is compensated on all links, as the real arm's controller does; Isaac Lab leaves gravity on here.
+- Self-collision is off (Isaac Lab: on): the link capsules are generous and overlap near the joint limits.
+- Speed limits (2.175 and 2.61 rad/s, 0.2 m/s) are in the USD file and in ``data.joint_vel_limits``; the
+  engine does not clamp to them.
+"""
+
+
+FRANKA_PANDA_HIGH_PD_CFG = FRANKA_PANDA_CFG.copy()
+FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_shoulder"].damping = 80.0
+FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_forearm"].damping = 80.0
+"""The Panda for task-space control, for instance with differential inverse kinematics.
+
+Isaac Lab's own 400 N m/rad and 80 N m s/rad: the arm follows a moving joint target with a lag of damping /
+stiffness, 0.2 s instead of :obj:`FRANKA_PANDA_CFG`'s 0.4 s.
+"""

@@ -1,0 +1,235 @@
+"""The state of a running environment, so that a run can go on as if it had never stopped.
+
+A manager-based environment is a graph of objects (managers, terms, assets, sensors) that hold tensors and counters.
+:func:`env_state` walks that graph and returns every tensor and number by its path; :func:`load_env_state` writes them
+back into another environment of the same configuration. Terms that a task brings along are covered without
+knowing of it. The engine's own state, in its own precision, is in the entry ``physics``.
+
+What is passed over: configuration of the environment, the physics engine's tensors (restored by the engine), text,
+functions, and objects of other libraries. A term that hides state in one of those cannot be continued exactly.
+"""
+
+from __future__ import annotations
+
+import enum
+import random
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import torch
+
+from lift_lab.utils.errors import LiftLabError
+
+from .physics_state import load_physics_state, physics_state, physics_storages
+
+
+class StateMismatchError(LiftLabError, ValueError):
+    """A saved state is of an environment of another shape."""
+
+
+_FOREIGN = frozenset(
+    sys.stdlib_module_names
+    | {"torch", "numpy", "mujoco", "mujoco_warp", "warp", "gymnasium", "rich", "pxr", "tensordict", "viser"}
+)
+"""Top-level modules whose objects are not looked into."""
+
+_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec"})
+"""Attributes that lead back to the environment or to the engine."""
+
+_CACHES = frozenset({"_cache"})
+"""Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""
+
+
+def env_state(env: Any) -> dict[str, Any]:
+    """Everything that the future of an environment depends on.
+
+    Args:
+        env: a manager-based environment (unwrapped).
+
+    Returns:
+        ``{"physics": ..., "objects": {path: tensor, number or list of numbers}}``: tensors (copies, on the CPU) and
+        plain values only. The global random numbers are not in it: see :func:`rng_state`.
+    """
+    objects: dict[str, Any] = {}
+    for path, leaf, _ in _leaves(env, physics_storages(env.sim.physics)):
+        objects[path] = _saved(leaf)
+    return {"physics": physics_state(env.sim.physics), "objects": objects}
+
+
+def load_env_state(env: Any, state: dict[str, Any]) -> None:
+    """Write a state of :func:`env_state` back.
+
+    Args:
+        env: an environment of the same configuration.
+        state: the state.
+
+    Raises:
+        StateMismatchError: the environment holds other things than the state; names the first of them. The
+            environment should then be reset.
+    """
+    if state["physics"]["rows"] and len(next(iter(state["physics"]["rows"].values()))) != env.num_envs:
+        raise StateMismatchError("the saved state has another number of environments")
+    load_physics_state(env.sim.physics, state["physics"])
+    saved = dict(state["objects"])
+    live = list(_leaves(env, physics_storages(env.sim.physics)))
+    known = {path for path, _, _ in live}
+    if known != saved.keys():
+        different = sorted(known ^ saved.keys())
+        raise StateMismatchError(
+            f"the saved state is of another environment: {len(different)} entries differ, first '{different[0]}'"
+        )
+    for path, leaf, assign in live:
+        _restore(path, leaf, assign, saved[path])
+    for cache in _caches(env):
+        cache.clear()
+
+
+# -- the walk
+
+_Assign = Callable[[Any], None]
+
+
+def _leaves(env: Any, excluded: set[int]) -> Iterator[tuple[str, Any, _Assign]]:
+    """(path, leaf, how to replace it) for every tensor, array, generator and number below the environment."""
+    seen: set[int] = {id(env)}
+    # The managers' copies of the configuration are state (curricula edit them), the environment's own is not.
+    for name, value in list(vars(env).items()):
+        if name not in ("cfg", "extras") and name not in _SKIPPED_ATTRIBUTES | _CACHES:
+            yield from _below(name, value, _attribute_setter(env, name), seen, excluded)
+
+
+def _below(path: str, value: Any, assign: _Assign, seen: set[int], excluded: set[int]) -> Iterator[Any]:
+    if value is None or isinstance(value, (bool, int, float, np.generic)):
+        yield path, value, assign
+        return
+    if id(value) in seen:
+        return
+    if isinstance(value, torch.Tensor):
+        seen.add(id(value))
+        if value.untyped_storage().data_ptr() not in excluded or not value.numel():
+            yield path, value, assign
+    elif isinstance(value, (np.ndarray, np.random.Generator, torch.Generator)):
+        seen.add(id(value))
+        yield path, value, assign
+    elif isinstance(value, dict):
+        seen.add(id(value))
+        for key in list(value):
+            yield from _below(f"{path}[{key!r}]", value[key], _item_setter(value, key), seen, excluded)
+    elif isinstance(value, (list, deque)):
+        seen.add(id(value))
+        if all(_is_number(item) for item in value):
+            yield path, value, assign
+        else:
+            for k, item in enumerate(value):
+                yield from _below(f"{path}[{k}]", item, _item_setter(value, k), seen, excluded)
+    elif isinstance(value, tuple):
+        for k, item in enumerate(value):
+            yield from _below(f"{path}[{k}]", item, _no_setter, seen, excluded)
+    elif _is_ours(value):
+        seen.add(id(value))
+        for name, item in list(vars(value).items()):
+            if name not in _SKIPPED_ATTRIBUTES | _CACHES:
+                yield from _below(f"{path}.{name}", item, _attribute_setter(value, name), seen, excluded)
+
+
+def _is_ours(value: Any) -> bool:
+    """Whether to look into an object: an instance of a class of this project or of the task's author."""
+    if isinstance(value, (type, enum.Enum)) or not hasattr(value, "__dict__"):
+        return False
+    return type(value).__module__.partition(".")[0] not in _FOREIGN
+
+
+def _caches(env: Any) -> Iterator[dict]:
+    """Caches of the assets and sensors."""
+    for entity in (env.scene[name] for name in env.scene.keys()):
+        for holder in (entity, getattr(entity, "data", None)):
+            for name in _CACHES:
+                if isinstance(getattr(holder, name, None), dict):
+                    yield getattr(holder, name)
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or isinstance(value, (bool, int, float))
+
+
+def _attribute_setter(owner: Any, name: str) -> _Assign:
+    return lambda value: object.__setattr__(owner, name, value)
+
+
+def _item_setter(owner: Any, key: Any) -> _Assign:
+    return lambda value: owner.__setitem__(key, value)
+
+
+def _no_setter(value: Any) -> None:
+    """An entry of a tuple cannot be replaced; a tensor in it is written in place, a number is constant."""
+
+
+# -- one leaf
+
+
+def _saved(leaf: Any) -> Any:
+    if isinstance(leaf, torch.Tensor):
+        return leaf.detach().cpu().clone()
+    if isinstance(leaf, np.ndarray):
+        return torch.from_numpy(np.array(leaf))
+    if isinstance(leaf, np.random.Generator):
+        return dict(leaf.bit_generator.state)
+    if isinstance(leaf, torch.Generator):
+        return leaf.get_state()
+    if isinstance(leaf, (list, deque)):
+        return list(leaf)
+    return leaf.item() if isinstance(leaf, np.generic) else leaf
+
+
+def _restore(path: str, leaf: Any, assign: _Assign, saved: Any) -> None:
+    if isinstance(leaf, torch.Tensor) and isinstance(saved, torch.Tensor):
+        same = leaf.shape == saved.shape and leaf.dtype == saved.dtype
+        if same and not leaf.is_inference() and 0 not in leaf.stride():
+            leaf.copy_(saved)
+        else:
+            assign(saved.to(leaf.device))
+    elif isinstance(leaf, np.ndarray):
+        if leaf.shape != tuple(saved.shape):
+            raise StateMismatchError(f"'{path}' has shape {leaf.shape}, the saved state {tuple(saved.shape)}")
+        if leaf.flags.writeable:
+            leaf[...] = saved.numpy()
+    elif isinstance(leaf, np.random.Generator):
+        leaf.bit_generator.state = saved
+    elif isinstance(leaf, torch.Generator):
+        leaf.set_state(saved)
+    elif isinstance(leaf, (list, deque)):
+        leaf.clear()
+        leaf.extend(saved)
+    else:
+        assign(saved)
+
+
+# -- random numbers
+
+
+def rng_state() -> dict[str, Any]:
+    """State of torch's, numpy's and Python's global random numbers."""
+    name, keys, position, has_gauss, gauss = np.random.get_state()  # noqa: NPY002 - the global generator is meant
+    version, numbers, gauss_next = random.getstate()
+    state: dict[str, Any] = {
+        "torch": torch.get_rng_state(),
+        "numpy": [str(name), torch.from_numpy(np.asarray(keys, np.int64)), int(position), int(has_gauss), float(gauss)],
+        "python": [version, torch.tensor(numbers, dtype=torch.int64), gauss_next],
+    }
+    if torch.cuda.is_available():
+        state["cuda"] = torch.cuda.get_rng_state_all()
+    return state
+
+
+def load_rng_state(state: dict[str, Any]) -> None:
+    """Write a state of :func:`rng_state` back."""
+    torch.set_rng_state(state["torch"])
+    name, keys, position, has_gauss, gauss = state["numpy"]
+    np.random.set_state((name, keys.numpy().astype(np.uint32), position, has_gauss, gauss))  # noqa: NPY002
+    version, numbers, gauss_next = state["python"]
+    random.setstate((version, tuple(numbers.tolist()), gauss_next))
+    if "cuda" in state and torch.cuda.is_available() and len(state["cuda"]) == torch.cuda.device_count():
+        torch.cuda.set_rng_state_all(state["cuda"])

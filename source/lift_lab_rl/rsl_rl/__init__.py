@@ -1,0 +1,16 @@
+"""rsl_rl: configuration in Isaac Lab's names, environment wrapper, runner and export."""
+
+from .exporter import export_policy_as_jit, export_policy_as_onnx
+from .ppo import PiecewisePPO
+from .rl_cfg import (
+    RslRlBaseRunnerCfg,
+    RslRlOnPolicyRunnerCfg,
+    RslRlPpoActorCriticCfg,
+    RslRlPpoActorCriticRecurrentCfg,
+    RslRlPpoAlgorithmCfg,
+)
+from .rnd_cfg import RslRlRndCfg
+from .runner import LiftLabRunner
+from .symmetry_cfg import RslRlSymmetryCfg
+from .translate import to_rsl_rl
+from .vecenv_wrapper import RslRlVecEnvWrapper

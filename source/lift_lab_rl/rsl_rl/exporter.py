@@ -1,0 +1,163 @@
+"""Policies as files that run without this project: TorchScript and ONNX, observation normaliser included.
+
+Every file is read back and compared with the policy before it counts as written.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import io
+import logging
+import os
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import torch
+from rsl_rl.models import MLPModel
+from torch import nn
+
+from lift_lab.utils.errors import LiftLabError
+
+TOLERANCE = 1e-4
+"""Largest difference allowed between exported policy and policy, relative to the largest action (at least 1)."""
+
+
+class ExportError(LiftLabError, RuntimeError):
+    """An exported policy does not do what the policy does."""
+
+
+def export_policy_as_jit(
+    policy: MLPModel, normalizer: nn.Module | None, path: str | Path, filename: str = "policy.pt"
+) -> Path:
+    """Write a policy as TorchScript: ``policy(obs) -> actions`` with obs of shape (batch, num_obs).
+
+    Args:
+        policy: the actor.
+        normalizer: what normalises observations; None for the policy's own.
+        path: folder.
+        filename: name of the file.
+
+    Returns:
+        Path of the file.
+
+    Raises:
+        ExportError: the file's actions differ from the policy's.
+    """
+    target = _target(path, filename)
+    model = _with_normalizer(policy.as_jit(), normalizer)
+    with _quiet():
+        scripted = torch.jit.script(model)
+        _write(target, lambda temporary: scripted.save(str(temporary)))
+        loaded = torch.jit.load(str(target))
+    loaded.reset()
+    check_export("TorchScript", policy, model, loaded)
+    return target
+
+
+def export_policy_as_onnx(
+    policy: MLPModel,
+    path: str | Path,
+    normalizer: nn.Module | None = None,
+    filename: str = "policy.onnx",
+    verbose: bool = False,
+) -> Path:
+    """Write a policy as ONNX with input ``obs`` and output ``actions`` (recurrent: with their states beside them).
+
+    Args:
+        policy: the actor.
+        path: folder.
+        normalizer: what normalises observations; None for the policy's own.
+        filename: name of the file.
+        verbose: whether torch's exporter may report.
+
+    Returns:
+        Path of the file.
+
+    Raises:
+        ExportError: the file's actions differ from the policy's.
+    """
+    target = _target(path, filename)
+    model = _with_normalizer(policy.as_onnx(verbose=verbose), normalizer)
+    inputs = model.get_dummy_inputs()
+    quiet = contextlib.nullcontext() if verbose else _quiet()
+
+    def write(temporary: Path) -> None:
+        with quiet:
+            torch.onnx.export(
+                model,
+                inputs,
+                str(temporary),
+                input_names=model.input_names,
+                output_names=model.output_names,
+                opset_version=18,
+                external_data=False,
+                verbose=verbose,
+            )
+
+    _write(target, write)
+    if not policy.is_recurrent:
+        from onnx.reference import ReferenceEvaluator
+
+        session = ReferenceEvaluator(str(target))
+
+        def run(obs: torch.Tensor) -> torch.Tensor:
+            rows = [session.run(None, {"obs": row[None].numpy()})[0] for row in obs]
+            return torch.cat([torch.as_tensor(row) for row in rows])
+
+        check_export("ONNX", policy, model, run)
+    return target
+
+
+def check_export(
+    kind: str, policy: MLPModel, model: Callable[[torch.Tensor], torch.Tensor], exported: Callable, samples: int = 16
+) -> None:
+    """Compare an exported policy with the network it came from on random observations.
+
+    Raises:
+        ExportError: they differ by more than :data:`TOLERANCE`.
+    """
+    generator = torch.Generator().manual_seed(0)
+    obs = torch.randn(1 if policy.is_recurrent else samples, policy.obs_dim, generator=generator) * 2.0
+    with torch.no_grad():
+        expected = model(obs)
+        found = exported(obs)
+    difference = (expected - found).abs().max().item()
+    if not difference <= TOLERANCE * max(1.0, expected.abs().max().item()):
+        raise ExportError(f"the exported {kind} policy differs from the policy by {difference:.3g}")
+
+
+def _with_normalizer(model: nn.Module, normalizer: nn.Module | None) -> nn.Module:
+    if normalizer is not None:
+        model.obs_normalizer = copy.deepcopy(normalizer)
+    return model.to("cpu").eval()
+
+
+def _target(path: str | Path, filename: str) -> Path:
+    folder = Path(path)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / filename
+
+
+def _write(target: Path, write: Callable[[Path], None]) -> None:
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        write(temporary)
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _quiet():
+    """Torch's exporter narrates; keep what it says to ourselves."""
+    logger = logging.getLogger("torch.onnx")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.setLevel(level)

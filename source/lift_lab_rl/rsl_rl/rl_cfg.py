@@ -1,0 +1,205 @@
+"""Configuration of training with rsl_rl, in Isaac Lab 2.3's names.
+
+Agent files written for Isaac Lab work unchanged. Fields that Isaac Lab does not have say so.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import MISSING
+from typing import Literal
+
+from lift_lab.utils import configclass
+
+from .rnd_cfg import RslRlRndCfg
+from .symmetry_cfg import RslRlSymmetryCfg
+
+
+@configclass
+class RslRlPpoActorCriticCfg:
+    """Networks of actor and critic: multi-layer perceptrons with a Gaussian policy."""
+
+    class_name: str = "ActorCritic"
+    """Kind of networks: ``ActorCritic``, or ``ActorCriticRecurrent``."""
+
+    init_noise_std: float = MISSING
+    """Standard deviation of every action at the start."""
+
+    noise_std_type: Literal["scalar", "log"] = "scalar"
+    """Whether the standard deviation or its logarithm is learned."""
+
+    noise_std_range: tuple[float, float] = (math.exp(-20.0), math.exp(2.0))
+    """Bounds of the standard deviation (ours): its logarithm stays within [-20, 2]. rsl_rl never goes below 1e-6."""
+
+    state_dependent_std: bool = False
+    """Whether the network outputs the standard deviation too."""
+
+    actor_obs_normalization: bool = MISSING
+    """Whether the actor's observations are normalised by their running mean and deviation."""
+
+    critic_obs_normalization: bool = MISSING
+    """Whether the critic's observations are."""
+
+    actor_hidden_dims: list[int] = MISSING
+    """Widths of the actor's hidden layers."""
+
+    critic_hidden_dims: list[int] = MISSING
+    """Widths of the critic's hidden layers."""
+
+    activation: str = MISSING
+    """Activation between layers, e.g. ``elu``, ``relu``, ``tanh``."""
+
+
+@configclass
+class RslRlPpoActorCriticRecurrentCfg(RslRlPpoActorCriticCfg):
+    """Networks with a recurrent layer in front."""
+
+    class_name: str = "ActorCriticRecurrent"
+
+    rnn_type: str = MISSING
+    """``lstm`` or ``gru``."""
+
+    rnn_hidden_dim: int = MISSING
+    """Width of the recurrent layers."""
+
+    rnn_num_layers: int = MISSING
+    """Number of recurrent layers."""
+
+
+@configclass
+class RslRlPpoAlgorithmCfg:
+    """Proximal policy optimization."""
+
+    class_name: str = "PPO"
+    """``PPO``, or ``"module:Class"`` of a sub-class of rsl_rl's."""
+
+    num_learning_epochs: int = MISSING
+    """Passes over a rollout."""
+
+    num_mini_batches: int = MISSING
+    """Minibatches in a pass."""
+
+    learning_rate: float = MISSING
+    """Learning rate, at the start if the schedule adapts it."""
+
+    schedule: str = MISSING
+    """``adaptive`` keeps the policy's divergence in an update near ``desired_kl``; ``fixed``."""
+
+    gamma: float = MISSING
+    """Discount factor."""
+
+    lam: float = MISSING
+    """Lambda of generalized advantage estimation."""
+
+    entropy_coef: float = MISSING
+    """Weight of the entropy bonus."""
+
+    desired_kl: float = MISSING
+    """Divergence the adaptive schedule aims at."""
+
+    max_grad_norm: float = MISSING
+    """Largest norm of the gradients of actor and of critic."""
+
+    value_loss_coef: float = MISSING
+    """Weight of the value loss."""
+
+    use_clipped_value_loss: bool = MISSING
+    """Whether a value may move by ``clip_param`` at most."""
+
+    clip_param: float = MISSING
+    """Clipping of the probability ratio."""
+
+    normalize_advantage_per_mini_batch: bool = False
+    """Whether advantages are normalised in each minibatch rather than in the rollout."""
+
+    optimizer: Literal["adam", "adamw", "sgd", "rmsprop"] = "adam"
+    """Optimiser."""
+
+    rnd_cfg: RslRlRndCfg | None = None
+    """Random network distillation; None for none."""
+
+    symmetry_cfg: RslRlSymmetryCfg | None = None
+    """Symmetry augmentation; None for none."""
+
+
+@configclass
+class RslRlBaseRunnerCfg:
+    """What every runner has."""
+
+    seed: int = 42
+    """Seed of the experiment."""
+
+    device: str = "auto"
+    """Device of the learner: ``cpu``, ``cuda:N``, or ``auto`` (ours) for the environment's."""
+
+    num_threads: int | None = None
+    """CPU threads of the update (ours); None for every CPU. Never changes a result."""
+
+    num_steps_per_env: int = MISSING
+    """Steps of each environment in a rollout."""
+
+    max_iterations: int = MISSING
+    """Iterations of the whole run. A resumed run does what is left of them."""
+
+    empirical_normalization: bool | None = None
+    """Isaac Lab's older switch for both observation normalisations; None leaves them as ``policy`` has them."""
+
+    obs_groups: dict[str, list[str]] = {}
+    """Observation groups of each observation set (``policy`` or ``actor``, ``critic``).
+
+    Empty: the actor sees group ``policy``, the critic sees group ``critic`` where there is one and ``policy`` else.
+    """
+
+    clip_actions: float | None = None
+    """Actions are clipped to plus and minus this value; None for not at all."""
+
+    check_for_nan: bool = True
+    """Whether a rollout with NaN ends the run (ours in this form: checked once a rollout)."""
+
+    save_interval: int = MISSING
+    """Iterations between checkpoints."""
+
+    keep_resume_states: int = 3
+    """Checkpoints that keep the environments' state beside them, so that a run continues bit by bit (ours)."""
+
+    success_metric: str | None = None
+    """Log key that ranks ``model_best.pt`` (ours); None takes the first whose last part starts with "success"."""
+
+    experiment_name: str = MISSING
+    """Folder under ``logs/rsl_rl``."""
+
+    run_name: str = ""
+    """Appended to the run's folder name."""
+
+    logger: Literal["tensorboard", "neptune", "wandb"] = "tensorboard"
+    """Where curves go. ``neptune`` and ``wandb`` need their packages."""
+
+    neptune_project: str = "lift_lab"
+    """Project name for neptune."""
+
+    wandb_project: str = "lift_lab"
+    """Project name for Weights and Biases."""
+
+    resume: bool = False
+    """Whether to continue an earlier run."""
+
+    load_run: str = ".*"
+    """Regular expression of the run folder to load; the last match in alphabetical order is taken."""
+
+    load_checkpoint: str = r"model_\d+\.pt"
+    """Regular expression of the checkpoint to load; the last match in natural order is taken."""
+
+
+@configclass
+class RslRlOnPolicyRunnerCfg(RslRlBaseRunnerCfg):
+    """Runner of on-policy algorithms."""
+
+    class_name: str = "OnPolicyRunner"
+    """``OnPolicyRunner``: :class:`~lift_lab_rl.rsl_rl.runner.LiftLabRunner`."""
+
+    policy: RslRlPpoActorCriticCfg = MISSING
+    """Networks."""
+
+    algorithm: RslRlPpoAlgorithmCfg = MISSING
+    """Algorithm."""
+

@@ -1,0 +1,413 @@
+"""The training loop: rsl_rl's runner with checkpoints that survive a crash and runs that can be continued.
+
+``model_N.pt`` is the model after N iterations: networks, optimiser, and the few counters that a curriculum needs.
+Beside it ``resume_state_N.pt`` holds everything else (environments, random numbers), so that a run continued from
+iteration N ends with the same bytes in its last file as a run that never stopped. The newest few are kept.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import torch
+from rsl_rl.env import VecEnv
+from rsl_rl.runners import OnPolicyRunner
+from rsl_rl.utils import resolve_callable
+
+from lift_lab.utils.errors import ConfigError, LiftLabError
+from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
+from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_rl.threads import use_one_torch_thread
+
+from .progress import IterationReport, Progress
+from .run_logger import RunLogger
+
+BEST_EVERY = 10
+"""Iterations between looks at whether the policy is the best so far."""
+
+
+class LiftLabRunner(OnPolicyRunner):
+    """Runs PPO on an environment.
+
+    Attributes:
+        current_learning_iteration: iterations finished (rsl_rl counts one less).
+    """
+
+    logger: RunLogger
+
+    def __init__(
+        self,
+        env: VecEnv,
+        train_cfg: dict[str, Any],
+        log_dir: str | Path | None = None,
+        device: str = "cpu",
+        fingerprint: str = "",
+    ):
+        """Build algorithm and logger.
+
+        Args:
+            env: wrapped environment.
+            train_cfg: what :func:`~lift_lab_rl.rsl_rl.translate.to_rsl_rl` returns.
+            log_dir: folder of the run; None writes nothing.
+            device: device of the learner.
+            fingerprint: tells whether a saved environment state is of this configuration.
+        """
+        self.env = env
+        self.cfg = train_cfg
+        self.device = device
+        self.fingerprint = fingerprint
+        self.log_dir = None if log_dir is None else Path(log_dir)
+        if torch.device(device).type == "cpu":
+            use_one_torch_thread()
+        self._configure_multi_gpu()
+        obs = self.env.get_observations()
+        algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
+        with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
+            self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
+        self.logger = RunLogger(
+            log_dir=None if log_dir is None else str(log_dir),
+            cfg=self.cfg,
+            env_cfg=getattr(self.env, "cfg", {}),
+            num_envs=self.env.num_envs,
+            is_distributed=self.is_distributed,
+            gpu_world_size=self.gpu_world_size,
+            gpu_global_rank=self.gpu_global_rank,
+            device=self.device,
+        )
+        self.current_learning_iteration = 0
+        self.continues_exactly = False
+        self._best: tuple[float, float] | None = None
+        self._smoothed: dict[str, float] = {}
+        self._stop: int | None = None
+
+    # -- training
+
+    def learn(
+        self,
+        num_learning_iterations: int,
+        init_at_random_ep_len: bool = False,
+        progress: Progress | None = None,
+        on_iteration: Callable[[int], None] | None = None,
+    ) -> bool:
+        """Train, ending early but cleanly on Ctrl-C or SIGTERM.
+
+        Args:
+            num_learning_iterations: iterations to do.
+            init_at_random_ep_len: whether episodes start at random ages, so that they do not all end at once; has no
+                effect on a run that continues with its old episodes.
+            progress: where to show progress; None shows nothing.
+            on_iteration: called with the number of iterations finished after each of them.
+
+        Returns:
+            Whether all iterations were done.
+        """
+        env: Any = self.env
+        if init_at_random_ep_len and not self.continues_exactly:
+            env.episode_length_buf = torch.randint_like(env.episode_length_buf, high=int(env.max_episode_length))
+        obs = env.get_observations().to(self.device)
+        self.alg.train_mode()
+        try:
+            self.logger.init_logging_writer()
+        except ModuleNotFoundError as error:
+            raise ConfigError(f"agent.logger: {error}") from error
+        total = self.current_learning_iteration + num_learning_iterations
+        shown = progress if progress is not None else contextlib.nullcontext()
+        with self._signals(progress), shown:
+            while self.current_learning_iteration < total and self._stop is None:
+                obs = self._iterate(obs, total, progress)
+                done = self.current_learning_iteration
+                if on_iteration is not None:
+                    on_iteration(done)
+                if done % self.cfg["save_interval"] == 0 or done == total or self._stop is not None:
+                    self._save_checkpoint()
+        if self.logger.writer is not None:
+            self.logger.stop_logging_writer()
+            self.logger.writer.close()  # type: ignore[attr-defined]
+        return self.current_learning_iteration >= total
+
+    def _iterate(self, obs: Any, total: int, progress: Progress | None) -> Any:
+        """One rollout and one update; returns the observations that the next rollout starts from."""
+        start = time.perf_counter()
+        with torch.inference_mode():
+            for _ in range(self.cfg["num_steps_per_env"]):
+                actions = self.alg.act(obs)
+                obs, rewards, dones, extras = self.env.step(actions.to(self.env.device))
+                obs, rewards, dones = obs.to(self.device), rewards.to(self.device), dones.to(self.device)
+                self.alg.process_env_step(obs, rewards, dones, extras)
+                intrinsic = self.alg.intrinsic_rewards if self.alg.rnd else None
+                self.logger.process_env_step(rewards, dones, extras, intrinsic)
+            if self.cfg.get("check_for_nan", True):
+                self._check_finite()
+            self._synchronise()
+            collected = time.perf_counter()
+            self.alg.compute_returns(obs)
+        losses = self.alg.update()
+        self._synchronise()
+        learned = time.perf_counter()
+        self.current_learning_iteration += 1
+        steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
+        report = IterationReport(
+            iteration=self.current_learning_iteration,
+            total_iterations=total,
+            total_steps=self.current_learning_iteration * steps,
+            steps=steps,
+            collect_s=collected - start,
+            learn_s=learned - collected,
+            learning_rate=self.alg.learning_rate,
+            action_std=self._action_std(),
+        )
+        self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
+        self._track(report)
+        if progress is not None:
+            progress.show(report)
+        return obs
+
+    def _action_std(self) -> float:
+        distribution: Any = self.alg.get_policy().distribution
+        if getattr(distribution, "_distribution", None) is None:
+            return 0.0
+        return float(distribution.std.mean())
+
+    def _synchronise(self) -> None:
+        if torch.device(self.device).type == "cuda":
+            torch.cuda.synchronize(self.device)
+
+    def _check_finite(self) -> None:
+        """One look at the whole rollout.
+
+        Raises:
+            LiftLabError: an observation or reward is NaN.
+        """
+        storage = self.alg.storage
+        for group, values in storage.observations.items():
+            if torch.isnan(values).any():
+                raise LiftLabError(f"observation group '{group}' contains NaN (iteration {self.current_learning_iteration})")
+        if torch.isnan(storage.rewards).any():
+            raise LiftLabError(f"rewards contain NaN (iteration {self.current_learning_iteration})")
+
+    @contextlib.contextmanager
+    def _signals(self, progress: Progress | None) -> Iterator[None]:
+        """Turn the first Ctrl-C or SIGTERM into a clean end after the running iteration."""
+        self._stop = None
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+
+        def stop(number: int, _: FrameType | None) -> None:
+            if self._stop is not None:
+                raise KeyboardInterrupt
+            self._stop = number
+            text = f"{signal.Signals(number).name}: finishing this iteration, then saving (again to end at once)"
+            if progress is not None:
+                progress.note(text)
+            else:
+                print(text, file=sys.stderr)
+
+        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    # -- the best policy so far
+
+    def _track(self, report: IterationReport) -> None:
+        """Smooth success and reward; keep ``model_best.pt``."""
+        report.success = self._success(report.terms)
+        for name, value in (("success", report.success), ("reward", report.mean_reward)):
+            if value is not None:
+                before = self._smoothed.get(name, value)
+                self._smoothed[name] = 0.8 * before + 0.2 * value
+        if "reward" not in self._smoothed or report.iteration % BEST_EVERY or self.log_dir is None:
+            return
+        # Success in steps of a hundredth: below that, reward decides.
+        rank = (round(self._smoothed.get("success", 0.0), 2), self._smoothed["reward"])
+        if self._best is None or rank > self._best:
+            self._best = rank
+            self.save(str(self.log_dir / "model_best.pt"))
+
+    def _success(self, terms: dict[str, float]) -> float | None:
+        wanted = self.cfg.get("success_metric")
+        if wanted is not None:
+            return terms.get(wanted)
+        return next((value for key, value in terms.items() if key.rpartition("/")[2].startswith("success")), None)
+
+    # -- checkpoints
+
+    def _save_checkpoint(self) -> None:
+        if self.log_dir is None or self.logger.disable_logs:
+            return
+        done = self.current_learning_iteration
+        # The state first: a model without its state is still a checkpoint, a state without its model is litter.
+        save_torch(self.log_dir / f"resume_state_{done}.pt", self.resume_state())
+        path = self.log_dir / f"model_{done}.pt"
+        self.save(str(path))
+        self.logger.save_model(str(path), done)
+        states = sorted(self.log_dir.glob("resume_state_*.pt"), key=_number_of)
+        for old in states[: -max(1, self.cfg.get("keep_resume_states", 3))]:
+            old.unlink()
+
+    def save(self, path: str, infos: dict | None = None) -> None:
+        """Write networks, optimiser and counters, atomically.
+
+        Args:
+            path: file.
+            infos: more to keep; tensors and plain values.
+        """
+        env = _manager_env(self.env)
+        content = self.alg.save()
+        content["iter"] = self.current_learning_iteration
+        content["infos"] = {"env_state": _counters(env), **(infos or {})}
+        save_torch(path, _canonical(content))
+
+    def resume_state(self) -> dict[str, Any]:
+        """Everything besides the model that the next iteration depends on."""
+        env = _manager_env(self.env)
+        return {
+            "iteration": self.current_learning_iteration,
+            "fingerprint": self.fingerprint,
+            "env": None if env is None else env_state(env),
+            "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
+            "logger": self.logger.state_dict(),
+            "rng": rng_state(),
+            "best": list(self._best) if self._best is not None else None,
+            "smoothed": dict(self._smoothed),
+        }
+
+    def load(
+        self, path: str, load_cfg: dict | None = None, strict: bool = True, map_location: str | None = None
+    ) -> dict:
+        """Load a checkpoint's model, optimiser and counters.
+
+        Args:
+            path: ``model_N.pt``.
+            load_cfg: parts to load; None for all.
+            strict: whether the networks' parameters must match exactly.
+            map_location: device to load to; None for the learner's.
+
+        Returns:
+            The checkpoint's ``infos``.
+
+        Raises:
+            FileError: there is no such file, or it cannot be read.
+            ConfigError: the file is of other networks.
+        """
+        content = load_torch(path, map_location=map_location or self.device)
+        try:
+            with_iteration = self.alg.load(content, load_cfg, strict)
+        except (RuntimeError, KeyError, ValueError, TypeError) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}") from error
+        if with_iteration:
+            self.current_learning_iteration = content["iter"]
+        infos = content.get("infos") or {}
+        env = _manager_env(self.env)
+        if env is not None:
+            _load_counters(env, infos.get("env_state", {}))
+        return infos
+
+    def load_resume_state(self, checkpoint: str | Path) -> str:
+        """Continue the very episodes that ran when ``checkpoint`` was written, if their state is beside it.
+
+        Call after :meth:`load`.
+
+        Returns:
+            What was done, in words for the user.
+        """
+        path = Path(checkpoint).with_name(f"resume_state_{self.current_learning_iteration}.pt")
+        if not path.is_file():
+            return f"no {path.name} beside the checkpoint: starting fresh episodes"
+        state = load_torch(path, map_location="cpu")
+        if state["fingerprint"] != self.fingerprint:
+            return "the configuration differs from the saved run's: starting fresh episodes"
+        env = _manager_env(self.env)
+        try:
+            if env is not None:
+                load_env_state(env, state["env"])
+        except (StateMismatchError, ConfigError) as error:
+            self.env.reset()  # type: ignore[attr-defined]
+            return f"{error}: starting fresh episodes"
+        restore = getattr(self.env, "restore_observations", None)
+        if restore is not None:
+            restore({key: value.to(self.env.device) for key, value in state["obs"].items()})
+        self.logger.load_state_dict(state["logger"])
+        self._best = None if state["best"] is None else tuple(state["best"])
+        self._smoothed = dict(state["smoothed"])
+        load_rng_state(state["rng"])
+        self.continues_exactly = True
+        return f"continuing the episodes of iteration {self.current_learning_iteration}"
+
+
+def _manager_env(env: Any) -> Any:
+    """The manager-based environment inside the wrapper, or None for an environment of another kind."""
+    inner = getattr(env, "unwrapped", None)
+    return inner if hasattr(inner, "common_step_counter") else None
+
+
+def _counters(env: Any) -> dict[str, Any]:
+    """What a curriculum has done so far, small enough for every checkpoint."""
+    if env is None:
+        return {}
+    counters: dict[str, Any] = {"common_step_counter": int(env.common_step_counter)}
+    manager = getattr(env, "reward_manager", None)
+    if manager is not None:
+        terms = {name: manager.get_term_cfg(name) for name in manager.active_terms}
+        counters["reward_weights"] = {name: float(cfg.weight) for name, cfg in terms.items()}
+        counters["configured_weights"] = {name: float(weight) for name, weight in _configured(env, terms).items()}
+    return counters
+
+
+def _configured(env: Any, names: Any) -> dict[str, float]:
+    """The weights that the environment's configuration asks for."""
+    rewards = env.cfg.rewards
+    read = rewards.get if isinstance(rewards, dict) else lambda name: getattr(rewards, name, None)
+    return {name: term.weight for name in names if (term := read(name)) is not None}
+
+
+def _load_counters(env: Any, counters: dict[str, Any]) -> None:
+    """Continue a curriculum. A weight that the user configured anew since then is left alone."""
+    if "common_step_counter" in counters:
+        env.common_step_counter = counters["common_step_counter"]
+    manager = getattr(env, "reward_manager", None)
+    if manager is None or "reward_weights" not in counters:
+        return
+    configured = _configured(env, manager.active_terms)
+    for name, weight in counters["reward_weights"].items():
+        if name in configured and configured[name] == counters["configured_weights"].get(name):
+            manager.get_term_cfg(name).weight = weight
+
+
+def _canonical(value: Any) -> Any:
+    """The same content in new containers, so that equal content gives equal bytes whatever its history."""
+    if isinstance(value, torch.Tensor):
+        return value.detach().clone()
+    if isinstance(value, dict):
+        return {(sys.intern(key) if isinstance(key, str) else key): _canonical(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return type(value)(_canonical(entry) for entry in value)
+    return value
+
+
+def _number_of(path: Path) -> int:
+    digits = path.stem.rpartition("_")[2]
+    return int(digits) if digits.isdigit() else -1
+
+
+def checkpoint_iteration(path: str | os.PathLike[str]) -> int:
+    """Iterations that the checkpoint at ``path`` had finished.
+
+    Raises:
+        FileError: there is no such file, or it cannot be read.
+    """
+    return int(load_torch(path)["iter"])

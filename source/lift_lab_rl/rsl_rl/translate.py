@@ -1,0 +1,102 @@
+"""Isaac Lab's agent configuration in the form that rsl_rl 5 wants.
+
+Isaac Lab 2.3 describes one ``policy`` with two networks; rsl_rl 5 takes an ``actor`` and a ``critic`` model, each with
+its own class, observation normalisation and (the actor) output distribution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from lift_lab.utils.errors import ConfigError, suggest
+
+from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
+
+PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
+_LOG_WRITERS = {"wandb": ("WandbLogWriter", "wandb_project"), "neptune": ("NeptuneLogWriter", "neptune_project")}
+
+
+def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[str] = ("policy",)) -> dict[str, Any]:
+    """The dictionary that rsl_rl 5's runner takes.
+
+    Args:
+        cfg: agent configuration; left as it is.
+        obs_names: names of the environment's observation groups.
+
+    Returns:
+        A new nested dictionary of plain values.
+
+    Raises:
+        ConfigError: a class, an observation group or a logger that is not known.
+        TypeError: a value is missing; the message lists the paths.
+    """
+    cfg = cfg.copy()
+    cfg.validate(prefix="agent")
+    if cfg.class_name != "OnPolicyRunner":
+        raise ConfigError(f"agent.class_name: there is no runner '{cfg.class_name}'; {suggest(cfg.class_name, ['OnPolicyRunner'])}")
+    plain = cfg.to_dict()
+    plain.pop("policy")
+    plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
+    plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
+    plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
+    plain["logger"] = _logger(cfg)
+    plain["multi_gpu"] = None
+    return plain
+
+
+def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tuple[dict[str, Any], dict[str, Any]]:
+    names = {"ActorCritic": "MLPModel", "ActorCriticRecurrent": "RNNModel"}
+    if policy.class_name not in names:
+        raise ConfigError(f"agent.policy.class_name: no networks '{policy.class_name}'; {suggest(policy.class_name, names)}")
+    common: dict[str, Any] = {"class_name": names[policy.class_name], "activation": policy.activation}
+    if isinstance(policy, RslRlPpoActorCriticRecurrentCfg):
+        common |= {key: getattr(policy, key) for key in ("rnn_type", "rnn_hidden_dim", "rnn_num_layers")}
+    elif common["class_name"] == "RNNModel":
+        raise ConfigError("agent.policy: 'ActorCriticRecurrent' needs an RslRlPpoActorCriticRecurrentCfg")
+    low, high = policy.noise_std_range
+    if not 0.0 <= low < high:
+        raise ConfigError(f"agent.policy.noise_std_range: expected 0 <= low < high, got ({low}, {high})")
+    kind = "Heteroscedastic" if policy.state_dependent_std else ""
+    distribution = {
+        "class_name": f"{kind}GaussianDistribution",
+        "init_std": policy.init_noise_std,
+        "std_type": policy.noise_std_type,
+        "std_range": (low, high),
+    }
+    actor = common | {
+        "hidden_dims": list(policy.actor_hidden_dims),
+        "obs_normalization": policy.actor_obs_normalization if normalise_both is None else normalise_both,
+        "distribution_cfg": distribution,
+    }
+    critic = common | {
+        "hidden_dims": list(policy.critic_hidden_dims),
+        "obs_normalization": policy.critic_obs_normalization if normalise_both is None else normalise_both,
+    }
+    return actor, critic
+
+
+def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, list[str]]:
+    resolved = {("actor" if key == "policy" else key): list(value) for key, value in groups.items()}
+    resolved.setdefault("actor", ["policy"])
+    resolved.setdefault("critic", ["critic"] if "critic" in names else list(resolved["actor"]))
+    for key, value in resolved.items():
+        for name in value:
+            if name not in names:
+                raise ConfigError(f"agent.obs_groups.{key}: the environment has no observation group '{name}'; {suggest(name, names)}")
+    return resolved
+
+
+def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:
+    if algorithm["class_name"] == "PPO":
+        return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
+    return algorithm
+
+
+def _logger(cfg: RslRlOnPolicyRunnerCfg) -> str | dict[str, Any]:
+    if cfg.logger == "tensorboard":
+        return "tensorboard"
+    if cfg.logger not in _LOG_WRITERS:
+        raise ConfigError(f"agent.logger: no logger '{cfg.logger}'; {suggest(cfg.logger, ['tensorboard', *_LOG_WRITERS])}")
+    class_name, project = _LOG_WRITERS[cfg.logger]
+    return {"class_name": class_name, "project_name": getattr(cfg, project)}

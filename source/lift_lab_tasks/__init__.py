@@ -1,0 +1,1 @@
+"""lift_lab_tasks"""

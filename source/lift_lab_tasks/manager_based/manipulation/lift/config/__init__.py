@@ -1,0 +1,1 @@
+"""The lift task, robot by robot."""

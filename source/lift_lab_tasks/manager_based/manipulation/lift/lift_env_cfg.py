@@ -1,0 +1,166 @@
+"""The lift task without a robot: scene, commands, observations, rewards and the rest.
+
+Rewards, command ranges and terminations are Isaac Lab's lift task's, which the study trained. A robot's config
+fills in what is MISSING here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+import lift_lab.sim as sim_utils
+from lift_lab.assets import ArticulationCfg, AssetBaseCfg, RigidObjectCfg
+from lift_lab.envs import ManagerBasedRLEnvCfg
+from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import ObservationGroupCfg as ObsGroup
+from lift_lab.managers import ObservationTermCfg as ObsTerm
+from lift_lab.managers import RewardTermCfg as RewTerm
+from lift_lab.managers import SceneEntityCfg
+from lift_lab.managers import TerminationTermCfg as DoneTerm
+from lift_lab.scene import InteractiveSceneCfg
+from lift_lab.sensors import FrameTransformerCfg
+from lift_lab.utils import configclass
+from lift_lab.utils.assets import ASSETS_USD_DIR
+
+from . import mdp
+
+
+@configclass
+class ObjectTableSceneCfg(InteractiveSceneCfg):
+    """A robot on a table with an object before it."""
+
+    robot: ArticulationCfg = MISSING
+    ee_frame: FrameTransformerCfg = MISSING
+    """Frame transformer whose first target is the end effector."""
+    object: RigidObjectCfg = MISSING
+    table = AssetBaseCfg(
+        prim_path="{ENV_REGEX_NS}/Table",
+        init_state=AssetBaseCfg.InitialStateCfg(pos=(0.5, 0.0, 0.0), rot=(0.70710678, 0.0, 0.0, 0.70710678)),
+        spawn=sim_utils.UsdFileCfg(usd_path=str(ASSETS_USD_DIR / "table.usda")),
+    )
+    plane = AssetBaseCfg(
+        prim_path="/World/GroundPlane",
+        init_state=AssetBaseCfg.InitialStateCfg(pos=(0.0, 0.0, -1.05)),
+        spawn=sim_utils.GroundPlaneCfg(),
+    )
+    light = AssetBaseCfg(prim_path="/World/light", spawn=sim_utils.DomeLightCfg(color=(0.75, 0.75, 0.75)))
+
+
+@configclass
+class CommandsCfg:
+    """Where the object is to be brought, in the robot's root frame."""
+
+    object_pose = mdp.ObjectPoseCommandCfg(
+        asset_name="robot",
+        body_name=MISSING,
+        resampling_time_range=(5.0, 5.0),
+        debug_vis=True,
+        ranges=mdp.ObjectPoseCommandCfg.Ranges(
+            pos_x=(0.4, 0.6),
+            pos_y=(-0.25, 0.25),
+            pos_z=(0.25, 0.5),
+            roll=(0.0, 0.0),
+            pitch=(0.0, 0.0),
+            yaw=(0.0, 0.0),
+        ),
+    )
+
+
+@configclass
+class ActionsCfg:
+    """Arm and gripper."""
+
+    arm_action: mdp.JointPositionActionCfg | mdp.DifferentialInverseKinematicsActionCfg = MISSING
+    gripper_action: mdp.BinaryJointPositionActionCfg = MISSING
+
+
+@configclass
+class ObservationsCfg:
+    """36 numbers for a Franka: 9 joint positions, 9 joint velocities, 3 object position, 7 command, 8 last action."""
+
+    @configclass
+    class PolicyCfg(ObsGroup):
+        """What the policy sees."""
+
+        joint_pos = ObsTerm(func=mdp.joint_pos_rel)
+        joint_vel = ObsTerm(func=mdp.joint_vel_rel)
+        object_position = ObsTerm(func=mdp.object_position_in_robot_root_frame)
+        target_object_position = ObsTerm(func=mdp.generated_commands, params={"command_name": "object_pose"})
+        actions = ObsTerm(func=mdp.last_action)
+
+        def __post_init__(self):
+            self.enable_corruption = True
+            self.concatenate_terms = True
+
+    policy: PolicyCfg = PolicyCfg()
+
+
+@configclass
+class EventCfg:
+    """What happens at a reset."""
+
+    reset_all = EventTerm(func=mdp.reset_scene_to_default, mode="reset")
+    reset_object_position = EventTerm(
+        func=mdp.reset_root_state_uniform,
+        mode="reset",
+        params={
+            "pose_range": {"x": (-0.1, 0.1), "y": (-0.25, 0.25), "z": (0.0, 0.0)},
+            "velocity_range": {},
+            "asset_cfg": SceneEntityCfg("object", body_names="Object"),
+        },
+    )
+
+
+@configclass
+class RewardsCfg:
+    """The study's Eqs. (2)-(6) and Isaac Lab's reaching reward, which its Figure 12 shows."""
+
+    reaching_object = RewTerm(func=mdp.object_ee_distance, params={"std": 0.1}, weight=1.0)
+    lifting_object = RewTerm(func=mdp.object_is_lifted, params={"minimal_height": 0.04}, weight=15.0)
+    object_goal_tracking = RewTerm(
+        func=mdp.object_goal_distance,
+        params={"std": 0.3, "minimal_height": 0.04, "command_name": "object_pose"},
+        weight=16.0,
+    )
+    object_goal_tracking_fine_grained = RewTerm(
+        func=mdp.object_goal_distance,
+        params={"std": 0.05, "minimal_height": 0.04, "command_name": "object_pose"},
+        weight=5.0,
+    )
+    action_rate = RewTerm(func=mdp.action_rate_l2, weight=-1e-4)
+    joint_vel = RewTerm(func=mdp.joint_vel_l2, weight=-1e-4, params={"asset_cfg": SceneEntityCfg("robot")})
+
+
+@configclass
+class TerminationsCfg:
+    """The study's Eqs. (8) and (9)."""
+
+    time_out = DoneTerm(func=mdp.time_out, time_out=True)
+    object_dropping = DoneTerm(
+        func=mdp.root_height_below_minimum,
+        params={"minimum_height": -0.05, "asset_cfg": SceneEntityCfg("object")},
+    )
+
+
+@configclass
+class LiftEnvCfg(ManagerBasedRLEnvCfg):
+    """The lift task, 50 control steps a second for 5 s."""
+
+    scene: ObjectTableSceneCfg = ObjectTableSceneCfg(num_envs=4096, env_spacing=2.5)
+    observations: ObservationsCfg = ObservationsCfg()
+    actions: ActionsCfg = ActionsCfg()
+    commands: CommandsCfg = CommandsCfg()
+    rewards: RewardsCfg = RewardsCfg()
+    terminations: TerminationsCfg = TerminationsCfg()
+    events: EventCfg = EventCfg()
+
+    def __post_init__(self):
+        self.decimation = 4
+        self.episode_length_s = 5.0
+        self.sim.dt = 0.005
+        self.sim.render_interval = self.decimation
+        self.sim.mujoco.integrator = "implicitfast"
+        self.sim.mujoco.cone = "pyramidal"
+        self.sim.mujoco.impratio = 1.0
+        self.sim.mujoco.iterations = 10
+        self.sim.mujoco.ls_iterations = 20

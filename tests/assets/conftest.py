@@ -1,0 +1,8 @@
+"""Make the modules of scripts/tools importable, as they are for the script itself."""
+
+import sys
+from pathlib import Path
+
+TOOLS = Path(__file__).resolve().parents[2] / "scripts" / "tools"
+if str(TOOLS) not in sys.path:
+    sys.path.insert(0, str(TOOLS))

@@ -1,0 +1,408 @@
+"""Assets read and write the engine's state in Isaac Lab's conventions, on both engines."""
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import torch
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+import lift_lab.sim as sim_utils
+from lift_lab.actuators import DCMotorCfg, IdealPDActuatorCfg, ImplicitActuatorCfg
+from lift_lab.assets import ArticulationCfg, RigidObjectCfg
+from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
+from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
+from lift_lab.utils import configclass
+from lift_lab.utils.errors import ConfigError, NotFoundError
+
+NUM_ENVS = 3
+SPACING = 2.0
+
+
+def _author_arm(path: Path) -> None:
+    """Two links on hinges about y, fixed to the world: shoulder at 0.5 m, link 1 is 0.4 m long."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    root = UsdGeom.Xform.Define(stage, "/Arm").GetPrim()
+    stage.SetDefaultPrim(root)
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    for name, pos, mass in (
+        ("base", (0, 0, 0.5), 2.0),
+        ("upper", (0, 0, 0.5), 1.0),
+        ("lower", (0.4, 0, 0.5), 0.5),
+    ):
+        link = UsdGeom.Xform.Define(stage, f"/Arm/{name}")
+        link.AddTranslateOp().Set(Gf.Vec3d(*pos))
+        UsdPhysics.RigidBodyAPI.Apply(link.GetPrim())
+        api = UsdPhysics.MassAPI.Apply(link.GetPrim())
+        api.CreateMassAttr(mass)
+        api.CreateCenterOfMassAttr(Gf.Vec3f(0.2, 0, 0) if name != "base" else Gf.Vec3f(0, 0, 0))
+        api.CreateDiagonalInertiaAttr(Gf.Vec3f(0.01, 0.02, 0.02))
+        api.CreatePrincipalAxesAttr(Gf.Quatf(1, 0, 0, 0))
+    fixed = UsdPhysics.FixedJoint.Define(stage, "/Arm/root_joint")
+    fixed.CreateBody1Rel().SetTargets(["/Arm/base"])
+    fixed.CreateLocalPos0Attr(Gf.Vec3f(0, 0, 0.5))
+    for name, body0, body1, at in (
+        ("shoulder", "base", "upper", (0, 0, 0)),
+        ("elbow", "upper", "lower", (0.4, 0, 0)),
+    ):
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/Arm/{name}")
+        joint.CreateBody0Rel().SetTargets([f"/Arm/{body0}"])
+        joint.CreateBody1Rel().SetTargets([f"/Arm/{body1}"])
+        joint.CreateLocalPos0Attr(Gf.Vec3f(*at))
+        joint.CreateAxisAttr("Y")
+        joint.CreateLowerLimitAttr(-90.0)
+        joint.CreateUpperLimitAttr(120.0)
+        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular")
+        drive.CreateStiffnessAttr(30.0 * math.pi / 180.0)
+        drive.CreateDampingAttr(3.0 * math.pi / 180.0)
+        drive.CreateMaxForceAttr(25.0)
+    stage.Save()
+
+
+@configclass
+class _SceneCfg(InteractiveSceneCfg):
+    arm: ArticulationCfg | None = None
+    box: RigidObjectCfg | None = None
+    tip: FrameTransformerCfg | None = None
+
+
+def _box(**rigid) -> RigidObjectCfg:
+    return RigidObjectCfg(
+        prim_path="{ENV_REGEX_NS}/Box",
+        init_state=RigidObjectCfg.InitialStateCfg(pos=(1.0, 0.0, 2.0), lin_vel=(0.5, 0.0, 0.0)),
+        spawn=sim_utils.CuboidCfg(
+            size=(0.2, 0.1, 0.1),
+            rigid_props=sim_utils.RigidBodyPropertiesCfg(**rigid),
+            mass_props=sim_utils.MassPropertiesCfg(mass=0.6),
+            collision_props=sim_utils.CollisionPropertiesCfg(),
+        ),
+    )
+
+
+def _arm(path: Path, actuators: dict) -> ArticulationCfg:
+    return ArticulationCfg(
+        prim_path="{ENV_REGEX_NS}/Arm",
+        spawn=sim_utils.UsdFileCfg(usd_path=str(path)),
+        init_state=ArticulationCfg.InitialStateCfg(joint_pos={"shoulder": 0.3, "elbow": -0.2}),
+        actuators=actuators,
+    )
+
+
+def _implicit(stiffness=50.0, damping=5.0) -> dict:
+    return {"all": ImplicitActuatorCfg(joint_names_expr=[".*"], stiffness=stiffness, damping=damping)}
+
+
+@pytest.fixture(scope="module")
+def arm_file(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("usd") / "arm.usda"
+    _author_arm(path)
+    return path
+
+
+def _start(physics: str = "native", gravity=(0.0, 0.0, -9.81), num_envs: int = NUM_ENVS, **entities):
+    sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=physics, dt=0.002, gravity=gravity))
+    scene = InteractiveScene(_SceneCfg(num_envs=num_envs, env_spacing=SPACING, **entities))
+    sim.reset()
+    scene.update(0.0)
+    return sim, scene
+
+
+@pytest.fixture(params=["native", pytest.param("warp", marks=pytest.mark.slow)])
+def physics(request) -> str:
+    return request.param
+
+
+def test_the_default_state_is_where_the_config_puts_it(physics, arm_file):
+    _, scene = _start(physics, arm=_arm(arm_file, _implicit()), box=_box())
+    arm, box = scene["arm"], scene["box"]
+    assert arm.joint_names == ["shoulder", "elbow"]
+    assert arm.body_names == ["base", "upper", "lower"]
+    assert box.body_names == ["Box"]
+    torch.testing.assert_close(arm.data.joint_pos, torch.tensor([[0.3, -0.2]]).repeat(NUM_ENVS, 1))
+    expected = scene.env_origins + torch.tensor([1.0, 0.0, 2.0])
+    torch.testing.assert_close(box.data.root_pos_w, expected)
+    torch.testing.assert_close(box.data.root_lin_vel_w, torch.tensor([[0.5, 0.0, 0.0]]).repeat(NUM_ENVS, 1))
+
+
+def test_body_positions_are_forward_kinematics_plus_the_origin(physics, arm_file):
+    _, scene = _start(physics, arm=_arm(arm_file, _implicit()))
+    q1 = 0.3
+    elbow = torch.tensor([0.4 * math.cos(q1), 0.0, 0.5 - 0.4 * math.sin(q1)])
+    torch.testing.assert_close(scene["arm"].data.body_pos_w[:, 2], scene.env_origins + elbow, atol=1e-5, rtol=0)
+
+
+def test_a_root_pose_written_in_the_world_is_read_back(physics):
+    _, scene = _start(physics, box=_box())
+    box = scene["box"]
+    pose = torch.tensor([[3.0, -1.0, 4.0, 0.5, 0.5, 0.5, 0.5]]) + torch.zeros(2, 7)
+    box.write_root_pose_to_sim(pose, torch.tensor([0, 2]))
+    torch.testing.assert_close(box.data.root_pose_w[[0, 2]], pose)
+    torch.testing.assert_close(box.data.root_pos_w[1], scene.env_origins[1] + torch.tensor([1.0, 0.0, 2.0]))
+
+
+def test_a_free_body_falls_and_spins_as_the_closed_form_says(physics):
+    sim, scene = _start(physics, box=_box())
+    box = scene["box"]
+    spin = torch.tensor([[0.1, 0.0, 0.0, 2.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1)
+    box.write_root_velocity_to_sim(spin)
+    sim.physics.step(50)
+    scene.update(0.1)
+    t, dt = 0.1, 0.002
+    # semi-implicit Euler: z = z0 - g t (t + dt) / 2
+    expected_z = 2.0 - 9.81 * t * (t + dt) / 2
+    torch.testing.assert_close(box.data.root_pos_w[:, 2], torch.full((NUM_ENVS,), expected_z), atol=1e-4, rtol=0)
+    quat = torch.tensor([math.cos(0.1), math.sin(0.1), 0.0, 0.0]).repeat(NUM_ENVS, 1)
+    torch.testing.assert_close(box.data.root_quat_w, quat, atol=1e-4, rtol=0)
+    torch.testing.assert_close(box.data.root_ang_vel_w[:, 0], torch.full((NUM_ENVS,), 2.0), atol=1e-3, rtol=0)
+
+
+def test_an_implicit_actuator_holds_its_target_without_gravity(physics, arm_file):
+    sim, scene = _start(physics, gravity=(0.0, 0.0, 0.0), arm=_arm(arm_file, _implicit(80.0, 8.0)))
+    arm = scene["arm"]
+    arm.set_joint_position_target(torch.tensor([[0.6, 0.1]]).repeat(NUM_ENVS, 1))
+    for _ in range(20):
+        scene.write_data_to_sim()
+        sim.physics.step(100)
+    scene.update(0.0)
+    torch.testing.assert_close(arm.data.joint_pos, arm.data.joint_pos_target, atol=2e-3, rtol=0)
+
+
+def test_the_engine_applies_the_pd_law(arm_file):
+    sim, scene = _start(arm=_arm(arm_file, _implicit(50.0, 5.0)))
+    arm = scene["arm"]
+    pos, vel = torch.tensor([[0.1, 0.2]]).repeat(NUM_ENVS, 1), torch.tensor([[1.0, -2.0]]).repeat(NUM_ENVS, 1)
+    arm.write_joint_state_to_sim(pos, vel)
+    arm.set_joint_position_target(torch.tensor([[0.3, 0.0]]).repeat(NUM_ENVS, 1))
+    arm.set_joint_velocity_target(torch.tensor([[0.5, 0.5]]).repeat(NUM_ENVS, 1))
+    arm.set_joint_effort_target(torch.tensor([[0.7, -0.4]]).repeat(NUM_ENVS, 1))
+    scene.write_data_to_sim()
+    sim.physics.forward()
+    expected = 50.0 * torch.tensor([0.2, -0.2]) + 5.0 * torch.tensor([-0.5, 2.5]) + torch.tensor([0.7, -0.4])
+    expected = expected.repeat(NUM_ENVS, 1)
+    torch.testing.assert_close(sim.physics.field("qfrc_actuator")[:, :2], expected, atol=1e-4, rtol=0)
+    torch.testing.assert_close(arm.data.applied_torque, expected, atol=1e-4, rtol=0)
+
+
+def test_gains_left_none_come_from_the_usd_drive(arm_file):
+    actuators = {"all": ImplicitActuatorCfg(joint_names_expr=[".*"], stiffness=None, damping=None)}
+    _, scene = _start(arm=_arm(arm_file, actuators))
+    data = scene["arm"].data
+    torch.testing.assert_close(data.joint_stiffness, torch.full((NUM_ENVS, 2), 30.0), rtol=1e-5, atol=0)
+    torch.testing.assert_close(data.joint_damping, torch.full((NUM_ENVS, 2), 3.0), rtol=1e-5, atol=0)
+    torch.testing.assert_close(data.joint_effort_limits, torch.full((NUM_ENVS, 2), 25.0), rtol=1e-5, atol=0)
+
+
+def test_an_ideal_pd_actuator_clips_at_its_effort_limit(arm_file):
+    actuators = {"all": IdealPDActuatorCfg(joint_names_expr=[".*"], stiffness=100.0, damping=0.0, effort_limit=4.0)}
+    sim, scene = _start(arm=_arm(arm_file, actuators))
+    assert scene.requires_substep_writes
+    scene["arm"].set_joint_position_target(torch.tensor([[0.32, 5.0]]).repeat(NUM_ENVS, 1))
+    scene.write_data_to_sim()
+    sim.physics.forward()
+    expected = torch.tensor([[2.0, 4.0]]).repeat(NUM_ENVS, 1)
+    torch.testing.assert_close(sim.physics.field("qfrc_actuator")[:, :2], expected, atol=1e-4, rtol=0)
+
+
+def test_a_dc_motor_loses_effort_with_speed(arm_file):
+    actuators = {
+        "all": DCMotorCfg(
+            joint_names_expr=[".*"],
+            stiffness=1000.0,
+            damping=0.0,
+            effort_limit=8.0,
+            saturation_effort=10.0,
+            velocity_limit=4.0,
+        )
+    }
+    _, scene = _start(arm=_arm(arm_file, actuators))
+    arm = scene["arm"]
+    arm.write_joint_velocity_to_sim(torch.tensor([[2.0, 0.0]]).repeat(NUM_ENVS, 1))
+    arm.set_joint_position_target(torch.tensor([[2.0, 2.0]]).repeat(NUM_ENVS, 1))
+    scene.write_data_to_sim()
+    # at half the no-load speed half of the stall effort is left; standing still the limit holds
+    torch.testing.assert_close(arm.data.applied_torque[0], torch.tensor([5.0, 8.0]))
+
+
+def test_masses_of_one_environment_change_its_dynamics_alone(physics):
+    sim, scene = _start(physics, gravity=(0.0, 0.0, 0.0), box=_box())
+    box = scene["box"]
+    box.write_root_velocity_to_sim(torch.zeros(NUM_ENVS, 6))
+    box.write_body_mass_to_sim(torch.tensor([[1.2]]), env_ids=torch.tensor([1]))
+    force = torch.tensor([[[3.0, 0.0, 0.0]]]).repeat(NUM_ENVS, 1, 1)
+    box.set_external_force_and_torque(force, torch.zeros_like(force))
+    scene.write_data_to_sim()
+    sim.physics.step(10)
+    scene.update(0.0)
+    expected = 3.0 * 0.02 / torch.tensor([0.6, 1.2, 0.6])
+    torch.testing.assert_close(box.data.root_lin_vel_w[:, 0], expected, rtol=1e-4, atol=0)
+
+
+def test_friction_of_one_environment_decides_whether_the_box_slides():
+    cfg = _box()
+    cfg.init_state.pos = (0.0, 0.0, 0.05)
+    cfg.init_state.lin_vel = (1.0, 0.0, 0.0)
+
+    @configclass
+    class _Ground(_SceneCfg):
+        ground = sim_utils_ground()
+
+    sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", dt=0.002))
+    scene = InteractiveScene(_Ground(num_envs=2, env_spacing=SPACING, box=cfg))
+    sim.reset()
+    box = scene["box"]
+    box.write_friction_to_sim(torch.tensor([0.9, 0.9]))
+    box.write_friction_to_sim(torch.tensor([0.2]), env_ids=torch.tensor([1]))
+    sim.physics.step(50)
+    scene.update(0.0)
+    # MuJoCo takes the larger of box and plane (0.1): deceleration mu g for 0.1 s
+    expected = 1.0 - torch.tensor([0.9, 0.2]) * 9.81 * 0.1
+    torch.testing.assert_close(box.data.root_lin_vel_w[:, 0], expected, atol=0.03, rtol=0)
+
+
+def sim_utils_ground():
+    from lift_lab.assets import AssetBaseCfg
+
+    material = sim_utils.RigidBodyMaterialCfg(static_friction=0.1, dynamic_friction=0.1)
+    return AssetBaseCfg(prim_path="/World/ground", spawn=sim_utils.GroundPlaneCfg(physics_material=material))
+
+
+def test_a_frame_transformer_adds_its_offset_in_the_body_frame(physics, arm_file):
+    tip = FrameTransformerCfg(
+        prim_path="{ENV_REGEX_NS}/Arm/base",
+        target_frames=[
+            FrameTransformerCfg.FrameCfg(
+                prim_path="{ENV_REGEX_NS}/Arm/upper", name="tip", offset=OffsetCfg(pos=(0.5, 0.0, 0.0))
+            )
+        ],
+    )
+    _, scene = _start(physics, arm=_arm(arm_file, _implicit()), tip=tip)
+    data = scene["tip"].data
+    reach = torch.tensor([0.5 * math.cos(0.3), 0.0, -0.5 * math.sin(0.3)])
+    shoulder = torch.tensor([0.0, 0.0, 0.5])
+    torch.testing.assert_close(data.target_pos_w[:, 0], scene.env_origins + shoulder + reach, atol=1e-5, rtol=0)
+    torch.testing.assert_close(data.target_pos_source[:, 0], reach.repeat(NUM_ENVS, 1), atol=1e-5, rtol=0)
+    quat = torch.tensor([math.cos(0.15), 0.0, math.sin(0.15), 0.0]).repeat(NUM_ENVS, 1)
+    torch.testing.assert_close(data.target_quat_source[:, 0], quat, atol=1e-5, rtol=0)
+    assert data.target_frame_names == ["tip"]
+
+
+def test_body_velocities_are_those_of_mujocos_object_velocity(arm_file):
+    sim, scene = _start(arm=_arm(arm_file, _implicit()))
+    arm = scene["arm"]
+    arm.write_joint_velocity_to_sim(torch.tensor([[0.7, -1.3]]).repeat(NUM_ENVS, 1))
+    arm.data.body_vel_w  # noqa: B018  bind the velocity fields
+    sim.physics.refresh()
+    scene.update(0.0)
+    data = sim.physics.get_data(0)
+    mujoco.mj_forward(sim.model, data)
+    for k, name in enumerate(arm.body_names):
+        body = sim.model.body(f"arm/{name}").id
+        velocity = np.zeros(6)
+        mujoco.mj_objectVelocity(sim.model, data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
+        expected = torch.tensor(np.r_[velocity[3:], velocity[:3]], dtype=torch.float32)
+        torch.testing.assert_close(arm.data.body_vel_w[0, k], expected, atol=1e-5, rtol=0)
+        mujoco.mj_objectVelocity(sim.model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+        expected = torch.tensor(np.r_[velocity[3:], velocity[:3]], dtype=torch.float32)
+        torch.testing.assert_close(arm.data.body_link_state_w[0, k, 7:], expected, atol=1e-5, rtol=0)
+
+
+def test_the_jacobian_is_the_derivative_of_the_body_position(arm_file):
+    sim, scene = _start(arm=_arm(arm_file, _implicit()))
+    arm = scene["arm"]
+    jacobian = arm.get_jacobians(2)[0]
+    before = arm.data.body_pos_w[0, 2].double().clone()
+    eps = 1e-3
+    for j in range(2):
+        step = arm.data.default_joint_pos.clone()
+        step[:, j] += eps
+        arm.write_joint_position_to_sim(step)
+        sim.physics.refresh()
+        scene.update(0.0)
+        slope = (arm.data.body_pos_w[0, 2].double() - before) / eps
+        torch.testing.assert_close(jacobian[:3, j].double(), slope, atol=2e-3, rtol=0)
+    torch.testing.assert_close(jacobian[3:], torch.tensor([[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]), atol=1e-6, rtol=0)
+
+
+def test_gravity_is_compensated_where_it_is_disabled():
+    sim, scene = _start(box=_box(disable_gravity=True))
+    sim.physics.step(50)
+    scene.update(0.0)
+    torch.testing.assert_close(scene["box"].data.root_pos_w[:, 2], torch.full((NUM_ENVS,), 2.0), atol=1e-6, rtol=0)
+
+
+def test_a_kinematic_object_stays_where_it_is_put():
+    sim, scene = _start(box=_box(kinematic_enabled=True))
+    box = scene["box"]
+    pose = torch.cat((scene.env_origins + 1.0, torch.tensor([[1.0, 0, 0, 0]]).repeat(NUM_ENVS, 1)), dim=1)
+    box.write_root_pose_to_sim(pose)
+    sim.physics.step(20)
+    scene.update(0.0)
+    torch.testing.assert_close(box.data.body_pos_w[:, 0], scene.env_origins + 1.0)
+
+
+def test_a_mass_override_scales_the_inertia():
+    sim, _ = _start(box=_box())
+    body = sim.model.body("box/Box")
+    assert body.mass[0] == pytest.approx(0.6)
+    expected = 0.6 / 12 * np.array([0.1**2 + 0.1**2, 0.2**2 + 0.1**2, 0.2**2 + 0.1**2])
+    np.testing.assert_allclose(np.sort(body.inertia), np.sort(expected), rtol=1e-5)
+
+
+def test_a_state_taken_can_be_put_back(arm_file):
+    sim, scene = _start(arm=_arm(arm_file, _implicit()), box=_box())
+    state = scene.get_state(is_relative=True)
+    sim.physics.step(30)
+    scene.update(0.0)
+    assert not torch.allclose(scene["box"].data.root_pos_w[:, 2], torch.tensor(2.0))
+    scene.reset_to(state, is_relative=True)
+    sim.physics.refresh()
+    scene.update(0.0)
+    torch.testing.assert_close(scene.get_state(is_relative=True), state)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"shoulder": 9.0}, r"9.0000 of 'shoulder' is outside its limits \[-1.5708, 2.0944\]"),
+        ({"sholder": 0.1}, "shoulder"),
+    ],
+)
+def test_a_wrong_default_joint_position_is_named(arm_file, change, message):
+    cfg = _arm(arm_file, _implicit())
+    cfg.init_state.joint_pos = change
+    with pytest.raises(ConfigError, match=message):
+        _start(arm=cfg)
+
+
+def test_an_actuator_pattern_without_a_joint_is_named(arm_file):
+    cfg = _arm(arm_file, {"hand": ImplicitActuatorCfg(joint_names_expr=["wrist"], stiffness=1.0, damping=1.0)})
+    with pytest.raises(ConfigError, match=r"actuators\['hand'\].joint_names_expr.*wrist"):
+        _start(arm=cfg)
+
+
+def test_an_unknown_entity_is_answered_with_the_nearest(arm_file):
+    _, scene = _start(arm=_arm(arm_file, _implicit()))
+    with pytest.raises(NotFoundError, match=r"'arn'.*'arm'"):
+        scene["arn"]
+
+
+def test_a_target_frame_on_an_unknown_body_is_named(arm_file):
+    tip = FrameTransformerCfg(
+        prim_path="{ENV_REGEX_NS}/Arm/base",
+        target_frames=[FrameTransformerCfg.FrameCfg(prim_path="{ENV_REGEX_NS}/Arm/uper")],
+    )
+    with pytest.raises(ConfigError, match=r"scene.tip.target_frames\[0\].prim_path.*'uper'.*'upper'"):
+        _start(arm=_arm(arm_file, _implicit()), tip=tip)
+
+
+def test_physx_settings_are_noted_as_ignored():
+    from lift_lab.sim.ignored import pending_ignored
+
+    _start(box=_box(solver_position_iteration_count=16, max_depenetration_velocity=5.0))
+    noted = pending_ignored()
+    assert "scene.box.spawn.rigid_props.solver_position_iteration_count" in noted
+    assert "scene.box.spawn.rigid_props.max_depenetration_velocity" in noted

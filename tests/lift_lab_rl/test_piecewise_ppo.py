@@ -1,0 +1,139 @@
+"""The piecewise update is rsl_rl's PPO, in other words: same gradient, any number of threads, same bits."""
+
+import copy
+
+import pytest
+import torch
+from rsl_rl.algorithms import PPO
+from rsl_rl.models import MLPModel
+from rsl_rl.storage import RolloutStorage
+from tensordict import TensorDict
+
+from lift_lab_rl.rsl_rl.ppo import EluMlp, PiecewisePPO
+from lift_lab_rl.threads import PiecePool, piece_bounds, use_one_torch_thread
+
+NUM_ENVS, STEPS, OBS, ACTIONS = 64, 6, 5, 3
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    before = torch.get_num_threads()
+    use_one_torch_thread()
+    yield
+    torch.set_num_threads(before)
+
+
+def make(cls, *, std_type="log", activation="elu", piece_rows=None, seed=0, **settings):
+    torch.manual_seed(seed)
+    obs = TensorDict({"policy": torch.zeros(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS])
+    groups = {"actor": ["policy"], "critic": ["policy"]}
+    shape = {"hidden_dims": (16, 8), "activation": activation, "obs_normalization": True}
+    distribution = {"class_name": "GaussianDistribution", "init_std": 0.8, "std_type": std_type}
+    actor = MLPModel(obs, groups, "actor", ACTIONS, distribution_cfg=distribution, **shape)
+    critic = MLPModel(obs, groups, "critic", 1, **shape)
+    storage = RolloutStorage("rl", NUM_ENVS, STEPS, obs, [ACTIONS])
+    settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 4, **settings}
+    algorithm = cls(actor, critic, storage, **settings)
+    if piece_rows is not None:
+        algorithm._piece_rows = piece_rows
+    return algorithm
+
+
+def rollouts(algorithm, count=2):
+    """Rollouts of a random world, each followed by an update; returns the losses of the last."""
+    torch.manual_seed(3)
+    generator = torch.Generator().manual_seed(7)
+    losses = {}
+    obs = TensorDict({"policy": torch.randn(NUM_ENVS, OBS, generator=generator)}, batch_size=[NUM_ENVS])
+    for _ in range(count):
+        with torch.inference_mode():
+            for _ in range(STEPS):
+                actions = algorithm.act(obs)
+                reward = obs["policy"][:, 0] - actions.square().sum(-1) * 0.1
+                dones = (torch.rand(NUM_ENVS, generator=generator) < 0.2).long()
+                time_outs = dones.bool() & (torch.rand(NUM_ENVS, generator=generator) < 0.5)
+                noise = torch.randn(NUM_ENVS, OBS, generator=generator)
+                obs = TensorDict({"policy": noise + 2.0}, batch_size=[NUM_ENVS])
+                algorithm.process_env_step(obs, reward, dones, {"time_outs": time_outs})
+            algorithm.compute_returns(obs)
+        losses = algorithm.update()
+    return losses
+
+
+def weights(algorithm):
+    state = [*algorithm._raw_actor.state_dict().values(), *algorithm._raw_critic.state_dict().values()]
+    return torch.cat([value.detach().double().flatten() for value in state])
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"std_type": "scalar", "use_clipped_value_loss": False},
+        {"activation": "tanh", "normalize_advantage_per_mini_batch": True},
+        {"schedule": "fixed", "entropy_coef": 0.0, "desired_kl": None},
+    ],
+    ids=["elu", "scalar std, plain value loss", "tanh, advantages by minibatch", "fixed rate"],
+)
+def test_an_update_ends_where_rsl_rl_ends(settings):
+    # One rollout: rsl_rl draws (unused) actions while it learns, so that its later rollouts see other noise.
+    theirs, ours = make(PPO, **settings), make(PiecewisePPO, piece_rows=20, num_threads=2, **settings)
+    their_losses, our_losses = rollouts(theirs, 1), rollouts(ours, 1)
+    torch.testing.assert_close(weights(ours), weights(theirs), atol=2e-5, rtol=1e-4)
+    assert ours.learning_rate == theirs.learning_rate
+    for key, value in their_losses.items():
+        assert our_losses[key] == pytest.approx(value, abs=1e-4, rel=1e-4)
+
+
+@pytest.mark.parametrize("threads", [2, 3, 8])
+def test_the_number_of_threads_does_not_change_a_bit(threads):
+    one, many = make(PiecewisePPO, piece_rows=17, num_threads=1), make(
+        PiecewisePPO, piece_rows=17, num_threads=threads
+    )
+    rollouts(one), rollouts(many)
+    assert torch.equal(weights(one), weights(many))
+
+
+def test_a_fixed_standard_deviation_stays_fixed():
+    algorithm = make(PiecewisePPO)
+    std = next(algorithm._raw_actor.distribution.parameters())
+    std.requires_grad_(False)
+    algorithm._params = algorithm._parameters()
+    before = std.clone()
+    rollouts(algorithm)
+    assert torch.equal(std, before)
+
+
+def test_elu_network_has_the_gradient_that_autograd_finds():
+    torch.manual_seed(1)
+    reference = torch.nn.Sequential(
+        torch.nn.Linear(5, 7), torch.nn.ELU(), torch.nn.Linear(7, 6), torch.nn.ELU(), torch.nn.Linear(6, 2)
+    ).double()
+    ours = copy.deepcopy(reference)
+    x, weight = torch.randn(11, 5).double(), torch.randn(11, 2).double()
+    (reference(x) * weight).sum().backward()
+    params = [p for layer in ours if isinstance(layer, torch.nn.Linear) for p in (layer.weight, layer.bias)]
+    y = EluMlp.apply(x, *params)
+    (y * weight).sum().backward()
+    torch.testing.assert_close(y, reference(x))
+    for mine, theirs in zip(ours.parameters(), reference.parameters(), strict=True):
+        torch.testing.assert_close(mine.grad, theirs.grad)
+
+
+def test_pieces_cover_everything_once_and_know_nothing_of_threads():
+    for total, size in ((1, 100), (6144, 1536), (1000, 300), (7, 2)):
+        bounds = piece_bounds(total, size)
+        assert [k for first, last in bounds for k in range(first, last)] == list(range(total))
+
+
+def test_a_pool_keeps_the_order_of_pieces_and_passes_errors_on():
+    pool = PiecePool(3)
+    assert pool.map(lambda k: k * k, 20) == [k * k for k in range(20)]
+
+    def fail(k):
+        if k == 5:
+            raise RuntimeError("piece 5")
+
+    with pytest.raises(RuntimeError, match="piece 5"):
+        pool.map(fail, 20)
+    pool.close()

@@ -1,0 +1,341 @@
+"""Checkpoints are whole or absent, runs are reproducible, and configuration arrives at rsl_rl as it was meant."""
+
+import math
+import os
+import signal
+import threading
+from types import SimpleNamespace
+
+import pytest
+import torch
+from rsl_rl.env import VecEnv
+from tensordict import TensorDict
+
+from lift_lab.utils import configclass
+from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_rl.rsl_rl import (
+    LiftLabRunner,
+    RslRlOnPolicyRunnerCfg,
+    RslRlPpoActorCriticCfg,
+    RslRlPpoActorCriticRecurrentCfg,
+    RslRlPpoAlgorithmCfg,
+    export_policy_as_jit,
+    export_policy_as_onnx,
+    to_rsl_rl,
+)
+from lift_lab_rl.rsl_rl.exporter import ExportError, check_export
+
+
+@configclass
+class AgentCfg(RslRlOnPolicyRunnerCfg):
+    num_steps_per_env = 8
+    max_iterations = 4
+    save_interval = 2
+    experiment_name = "test"
+    policy = RslRlPpoActorCriticCfg(
+        init_noise_std=1.0,
+        noise_std_type="log",
+        actor_obs_normalization=True,
+        critic_obs_normalization=True,
+        actor_hidden_dims=[16, 8],
+        critic_hidden_dims=[16, 8],
+        activation="elu",
+    )
+    algorithm = RslRlPpoAlgorithmCfg(
+        value_loss_coef=1.0,
+        use_clipped_value_loss=True,
+        clip_param=0.2,
+        entropy_coef=0.006,
+        num_learning_epochs=2,
+        num_mini_batches=2,
+        learning_rate=1e-3,
+        schedule="adaptive",
+        gamma=0.99,
+        lam=0.95,
+        desired_kl=0.01,
+        max_grad_norm=1.0,
+    )
+
+
+class PointEnv(VecEnv):
+    """Points on a line that are paid for being near zero; episodes of 20 steps."""
+
+    num_actions, max_episode_length, device = 1, 20, "cpu"
+
+    def __init__(self, num_envs=32, on_step=None):
+        self.num_envs, self.cfg = num_envs, {}
+        self.position = torch.rand(num_envs, 1) * 2.0 - 1.0
+        self.episode_length_buf = torch.zeros(num_envs, dtype=torch.long)
+        self.on_step = on_step
+
+    @property
+    def unwrapped(self):
+        return self
+
+    def get_observations(self):
+        return TensorDict({"policy": torch.cat([self.position, self.position**2], 1)}, batch_size=[self.num_envs])
+
+    def step(self, actions):
+        if self.on_step is not None:
+            self.on_step()
+        self.position = self.position + 0.1 * actions
+        self.episode_length_buf = self.episode_length_buf + 1
+        reward = -self.position[:, 0].abs()
+        done = self.episode_length_buf >= self.max_episode_length
+        log = {}
+        if done.any():
+            log = {"Metrics/success": (self.position[done].abs() < 0.2).float().mean()}
+        self.position = torch.where(done[:, None], torch.rand(self.num_envs, 1) * 2.0 - 1.0, self.position)
+        self.episode_length_buf = torch.where(done, 0, self.episode_length_buf)
+        return self.get_observations(), reward, done.long(), {"time_outs": done, "log": log}
+
+
+def train(folder, iterations=4, threads=1, on_step=None, cfg=None):
+    torch.manual_seed(5)
+    cfg = cfg if cfg is not None else AgentCfg()
+    cfg.num_threads = threads
+    runner = LiftLabRunner(PointEnv(on_step=on_step), to_rsl_rl(cfg), log_dir=folder)
+    runner.alg._piece_rows = 32
+    finished = runner.learn(iterations, init_at_random_ep_len=True)
+    return runner, finished
+
+
+# -- files
+
+
+def test_a_crash_between_writing_and_moving_leaves_the_old_file_whole(tmp_path, monkeypatch):
+    path = tmp_path / "model.pt"
+    save_torch(path, {"x": torch.zeros(3)})
+
+    def crash(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", crash)
+        with pytest.raises(KeyboardInterrupt):
+            save_torch(path, {"x": torch.ones(1000)})
+    assert torch.equal(load_torch(path)["x"], torch.zeros(3))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["model.pt"]
+
+
+def test_equal_content_gives_equal_bytes_under_any_name(tmp_path):
+    content = {"a": torch.arange(5.0), "b": [1, 2.5]}
+    save_torch(tmp_path / "one.pt", content)
+    save_torch(tmp_path / "another_name.pt", content)
+    assert (tmp_path / "one.pt").read_bytes() == (tmp_path / "another_name.pt").read_bytes()
+
+
+@pytest.mark.parametrize("content", [b"", b"not a model", b"PK\x03\x04 half a zip"])
+def test_a_broken_checkpoint_is_named_in_one_line(tmp_path, content):
+    path = tmp_path / "model_3.pt"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=r"model_3\.pt") as caught:
+        load_torch(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_checkpoint_is_named(tmp_path):
+    with pytest.raises(FileError, match="no file"):
+        load_torch(tmp_path / "model_7.pt")
+
+
+def test_a_checkpoint_with_code_in_it_is_refused(tmp_path):
+    path = tmp_path / "model_1.pt"
+    torch.save({"run": print}, path)
+    with pytest.raises(FileError, match=r"model_1\.pt"):
+        load_torch(path)
+
+
+# -- the loop
+
+
+def test_checkpoints_are_numbered_by_finished_iterations(tmp_path):
+    runner, finished = train(tmp_path, iterations=5)
+    assert finished
+    assert runner.current_learning_iteration == 5
+    assert {f.name for f in tmp_path.glob("model_?.pt")} == {"model_2.pt", "model_4.pt", "model_5.pt"}
+    assert load_torch(tmp_path / "model_4.pt")["iter"] == 4
+
+
+def test_only_the_newest_resume_states_are_kept(tmp_path):
+    cfg = AgentCfg(save_interval=1, keep_resume_states=2)
+    train(tmp_path, iterations=5, cfg=cfg)
+    assert {f.name for f in tmp_path.glob("resume_state_*")} == {"resume_state_4.pt", "resume_state_5.pt"}
+
+
+def test_two_runs_of_a_seed_and_any_number_of_threads_write_the_same_bytes(tmp_path):
+    for name, threads in (("a", 1), ("b", 1), ("c", 2)):
+        train(tmp_path / name, threads=threads)
+    first = (tmp_path / "a" / "model_4.pt").read_bytes()
+    assert first == (tmp_path / "b" / "model_4.pt").read_bytes()
+    assert first == (tmp_path / "c" / "model_4.pt").read_bytes()
+
+
+def test_saving_a_loaded_checkpoint_gives_the_same_bytes(tmp_path):
+    train(tmp_path / "a")
+    torch.manual_seed(99)
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg()))
+    runner.load(str(tmp_path / "a" / "model_4.pt"))
+    runner.save(str(tmp_path / "again.pt"))
+    assert (tmp_path / "again.pt").read_bytes() == (tmp_path / "a" / "model_4.pt").read_bytes()
+
+
+def test_a_checkpoint_of_other_networks_is_refused_in_one_line(tmp_path):
+    train(tmp_path, iterations=2)
+    cfg = AgentCfg()
+    cfg.policy.actor_hidden_dims = [4]
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    with pytest.raises(ConfigError, match="does not fit") as caught:
+        runner.load(str(tmp_path / "model_2.pt"))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_run_after_its_iteration_with_a_checkpoint(tmp_path, number):
+    steps = []
+
+    def on_step():
+        steps.append(1)
+        if len(steps) == 20:  # within the third iteration of 8 steps
+            os.kill(os.getpid(), number)
+
+    before = signal.getsignal(number)
+    runner, finished = train(tmp_path, iterations=50, on_step=on_step)
+    assert not finished
+    assert len(steps) == 24
+    assert load_torch(tmp_path / "model_3.pt")["iter"] == runner.current_learning_iteration == 3
+    assert signal.getsignal(number) is before
+
+
+def test_a_run_in_another_thread_leaves_signals_alone(tmp_path):
+    thread = threading.Thread(target=train, args=(tmp_path, 2))
+    thread.start()
+    thread.join()
+    assert (tmp_path / "model_2.pt").is_file()
+
+
+def test_nan_ends_the_run_and_names_the_group():
+    env = PointEnv()
+    runner = LiftLabRunner(env, to_rsl_rl(AgentCfg()))
+    env.position[3] = math.nan
+    with pytest.raises(LiftLabError, match="'policy' contains NaN"):
+        runner.learn(1)
+
+
+def test_curves_hold_every_iteration_and_the_figures_of_the_study(tmp_path):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    train(tmp_path, iterations=4)
+    events = EventAccumulator(str(tmp_path), size_guidance={"scalars": 0})
+    events.Reload()
+    tags = set(events.Tags()["scalars"])
+    assert [e.step for e in events.Scalars("Loss/surrogate")] == [1, 2, 3, 4]
+    spread = [f"Reward / Instantaneous reward ({k})" for k in ("mean", "max", "min")]
+    totals = [f"Reward / Total reward ({k})" for k in ("mean", "max", "min")]
+    lengths = [f"Episode / Total timesteps ({k})" for k in ("mean", "max", "min")]
+    assert {*spread, *totals, *lengths, "Loss/entropy", "Loss/value", "Loss/learning_rate", "Policy/mean_std"} <= tags
+    assert {"Train/mean_reward", "Train/mean_episode_length", "Metrics/success", "Perf/total_fps"} <= tags
+
+
+def test_the_best_policy_is_kept_by_success_first(tmp_path):
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg()), log_dir=tmp_path)
+    runner._smoothed, saved = {}, []
+    runner.save = lambda path, infos=None: saved.append((report.terms["Metrics/success"], report.mean_reward))
+    for k, (success, reward) in enumerate([(0.1, 5.0), (0.1, 4.0), (0.9, 1.0), (0.5, 1.0)]):
+        report = SimpleNamespace(
+            terms={"Metrics/success": success}, mean_reward=reward, iteration=10 * (k + 1), success=None
+        )
+        runner._smoothed = {}  # without memory: each report stands for itself
+        runner._track(report)
+    assert saved == [(0.1, 5.0), (0.9, 1.0)]
+
+
+# -- configuration
+
+
+def test_policy_becomes_an_actor_and_a_critic_model():
+    plain = to_rsl_rl(AgentCfg())
+    assert plain["actor"]["class_name"] == plain["critic"]["class_name"] == "MLPModel"
+    assert plain["actor"]["hidden_dims"] == [16, 8]
+    assert plain["actor"]["obs_normalization"] is True
+    assert plain["actor"]["distribution_cfg"]["std_type"] == "log"
+    assert plain["actor"]["distribution_cfg"]["std_range"] == pytest.approx((math.exp(-20), math.exp(2)))
+    assert "distribution_cfg" not in plain["critic"]
+    assert plain["obs_groups"] == {"actor": ["policy"], "critic": ["policy"]}
+    assert "policy" not in plain
+
+
+def test_a_critic_group_is_used_where_the_environment_has_one():
+    assert to_rsl_rl(AgentCfg(), ["policy", "critic"])["obs_groups"]["critic"] == ["critic"]
+
+
+def test_isaac_labs_older_normalisation_switch_sets_both():
+    plain = to_rsl_rl(AgentCfg(empirical_normalization=False))
+    assert not plain["actor"]["obs_normalization"]
+    assert not plain["critic"]["obs_normalization"]
+
+
+def test_recurrent_networks_carry_their_layers():
+    cfg = AgentCfg()
+    settings = {k: v for k, v in vars(cfg.policy).items() if k != "class_name"}
+    cfg.policy = RslRlPpoActorCriticRecurrentCfg(**settings, rnn_type="gru", rnn_hidden_dim=6, rnn_num_layers=1)
+    plain = to_rsl_rl(cfg)
+    assert plain["actor"]["class_name"] == "RNNModel"
+    assert plain["critic"]["rnn_hidden_dim"] == 6
+    runner = LiftLabRunner(PointEnv(), plain)
+    assert runner.learn(1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"class_name": "OnPolicyRuner"}, "did you mean 'OnPolicyRunner'"),
+        ({"obs_groups": {"policy": ["polcy"]}}, "no observation group 'polcy'; did you mean 'policy'"),
+    ],
+)
+def test_wrong_names_in_the_agent_are_answered_with_the_nearest(change, message):
+    cfg = AgentCfg(**change)
+    with pytest.raises(ConfigError, match=message):
+        to_rsl_rl(cfg)
+
+
+def test_missing_agent_settings_are_listed_by_path():
+    cfg = AgentCfg()
+    cfg.policy = RslRlPpoActorCriticCfg()
+    with pytest.raises(TypeError, match=r"agent\.policy\.init_noise_std"):
+        to_rsl_rl(cfg)
+
+
+def test_the_standard_deviation_stays_within_its_bounds():
+    cfg = AgentCfg()
+    cfg.policy.init_noise_std = 100.0
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    assert runner.alg._std().tolist() == pytest.approx([math.exp(2.0)])
+
+
+# -- export
+
+
+def test_exported_policies_act_like_the_policy_and_bring_its_normaliser(tmp_path):
+    runner, _ = train(None, iterations=2)
+    policy = runner.get_inference_policy()
+    obs = torch.randn(3, 2) * 5.0
+    with torch.no_grad():
+        expected = policy(TensorDict({"policy": obs}, batch_size=[3]))
+    scripted = torch.jit.load(export_policy_as_jit(policy, None, tmp_path))
+    torch.testing.assert_close(scripted(obs), expected)
+    onnx = pytest.importorskip("onnxruntime")
+    session = onnx.InferenceSession(str(export_policy_as_onnx(policy, tmp_path)))
+    for row, action in zip(obs, expected, strict=True):
+        found = torch.as_tensor(session.run(["actions"], {"obs": row[None].numpy()})[0])
+        torch.testing.assert_close(found[0], action, atol=1e-5, rtol=1e-4)
+    assert {f.name for f in tmp_path.iterdir()} == {"policy.pt", "policy.onnx"}
+
+
+def test_an_export_that_acts_otherwise_is_an_error():
+    runner, _ = train(None, iterations=1)
+    policy = runner.get_inference_policy()
+    model = policy.as_jit().eval()
+    with pytest.raises(ExportError, match="differs"):
+        check_export("ONNX", policy, model, lambda obs: model(obs) + 0.01)
