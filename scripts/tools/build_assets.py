@@ -88,6 +88,10 @@ def author_panda(layer: Sdf.Layer) -> None:
     for name, link in panda.LINKS.items():
         author.define_link(stage, f"/Panda/{name}", link, poses[name])
 
+    for first, second in panda.FILTERED_PAIRS:
+        filtered = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(f"/Panda/{first}"))
+        filtered.CreateFilteredPairsRel().AddTarget(f"/Panda/{second}")
+
     author.define_fixed_joint(stage, f"/Panda/{panda.ROOT_JOINT}", "", "/Panda/panda_link0", identity)
     for joint in panda.JOINTS:
         path, parent, child = (
@@ -132,9 +136,7 @@ def author_panda(layer: Sdf.Layer) -> None:
             for box in panda.FINGER_COLLIDERS[variant]:
                 x, y, z = box.xyz
                 name = f"panda_{side}finger_{box.name}"
-                turned = Box(
-                    name, box.size, (x, y if side == "left" else -y, z), (box.rpy[0], box.rpy[1], turn)
-                )
+                turned = Box(name, box.size, (x, y if side == "left" else -y, z), (box.rpy[0], box.rpy[1], turn))
                 shape = author.define_box(stage, f"/Panda/panda_{side}finger/collisions/{name}", turned)
                 author.make_collider(shape, panda.PAD_CONTACT, materials[panda.PAD_CONTACT])
 
@@ -183,9 +185,7 @@ def _author_variants(prim: Usd.Prim, name: str, write: Callable[[str], None]) ->
 def author_cube(layer: Sdf.Layer) -> None:
     """`cube.usda`: a cube to grasp, a colour on each face. Its inertia follows from mass and collider, at any
     scale."""
-    stage, root = author.start_stage(
-        layer, "Cube", f"A cube of edge {CUBE_EDGE} m and {CUBE_MASS} kg. {BUILT}"
-    )
+    stage, root = author.start_stage(layer, "Cube", f"A cube of edge {CUBE_EDGE} m and {CUBE_MASS} kg. {BUILT}")
     UsdPhysics.RigidBodyAPI.Apply(root)
     UsdPhysics.MassAPI.Apply(root).CreateMassAttr(CUBE_MASS)
     material = author.define_material(stage, "/Cube/materials/surface", panda.PAD_CONTACT)
@@ -216,7 +216,7 @@ def author_table(layer: Sdf.Layer) -> None:
     x, y = TABLE_SIZE
     UsdGeom.Xform.Define(stage, "/Table/visuals")
     top = Box("top", (x, y, TABLE_THICKNESS), (0.0, 0.0, -TABLE_THICKNESS / 2))
-    author.define_box(stage, "/Table/visuals/table_top", top, (0.33, 0.22, 0.13))
+    author.define_box(stage, "/Table/visuals/table_top", top, (0.48, 0.36, 0.24))
     leg = 0.06
     height = TABLE_HEIGHT - TABLE_THICKNESS
     for i, (sx, sy) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
@@ -285,9 +285,7 @@ def differs(layer: Sdf.Layer, path: Path) -> bool:
 
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Build the USD files under assets/usd.")
-    parser.add_argument(
-        "--out", type=Path, default=ASSETS_DIR, help="folder of the files (default: assets/usd)"
-    )
+    parser.add_argument("--out", type=Path, default=ASSETS_DIR, help="folder of the files (default: assets/usd)")
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--check", action="store_true", help="write nothing; exit 1 where a file differs")
     mode.add_argument("--meshes", type=Path, help="folder of OBJ files: bake the Panda's visual meshes, too")
@@ -298,9 +296,7 @@ def main(argv: list[str] | None = None) -> int:
             print(f"{path} differs from its description: run scripts/tools/build_assets.py")
         return 1 if stale else 0
     if args.meshes:
-        missing = [
-            name for name in sorted(set(mesh_baking.SOURCES.values())) if not (args.meshes / name).is_file()
-        ]
+        missing = [name for name in sorted(set(mesh_baking.SOURCES.values())) if not (args.meshes / name).is_file()]
         if missing:
             parser.error(f"--meshes {args.meshes}: no {', '.join(missing)}")
     args.out.mkdir(parents=True, exist_ok=True)

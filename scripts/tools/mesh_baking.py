@@ -115,9 +115,7 @@ def bake(source: Path, target: Path) -> None:
             mesh = UsdGeom.Mesh.Define(stage, f"/Visuals/{link}/{link}_{color}")
             points = np.round(vertices, 5).astype(np.float32)
             mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
-            mesh.CreateExtentAttr(
-                [Gf.Vec3f(*points.min(axis=0).tolist()), Gf.Vec3f(*points.max(axis=0).tolist())]
-            )
+            mesh.CreateExtentAttr([Gf.Vec3f(*points.min(axis=0).tolist()), Gf.Vec3f(*points.max(axis=0).tolist())])
             mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(triangles), 3, dtype=np.int32)))
             mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.astype(np.int32).ravel()))
             mesh.CreateSubdivisionSchemeAttr("none")

@@ -26,9 +26,7 @@ def weld(vertices: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple
     vanish."""
     cells, inverse = np.unique(np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True)
     count = np.bincount(inverse.ravel(), minlength=len(cells))
-    merged = np.stack(
-        [np.bincount(inverse.ravel(), vertices[:, i], len(cells)) / count for i in range(3)], axis=1
-    )
+    merged = np.stack([np.bincount(inverse.ravel(), vertices[:, i], len(cells)) / count for i in range(3)], axis=1)
     faces = inverse.ravel()[triangles]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
@@ -42,9 +40,7 @@ def compact(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np
     return vertices[used], faces.reshape(-1, 3)
 
 
-def drop_small_parts(
-    vertices: np.ndarray, triangles: np.ndarray, min_extent: float
-) -> tuple[np.ndarray, np.ndarray]:
+def drop_small_parts(vertices: np.ndarray, triangles: np.ndarray, min_extent: float) -> tuple[np.ndarray, np.ndarray]:
     """Drop connected parts whose bounding box's diagonal is shorter than `min_extent` (m): screws and
     lettering."""
     label = np.arange(len(vertices))
@@ -171,12 +167,7 @@ def _best_point(q: Quadric, p: tuple[float, ...], r: tuple[float, ...]) -> tuple
 
     def cost(s: tuple[float, ...]) -> float:
         x, y, z = s
-        return (
-            x * (aa * x + 2 * (ab * y + ac * z + ad))
-            + y * (bb * y + 2 * (bc * z + bd))
-            + z * (cc * z + 2 * cd)
-            + dd
-        )
+        return x * (aa * x + 2 * (ab * y + ac * z + ad)) + y * (bb * y + 2 * (bc * z + bd)) + z * (cc * z + 2 * cd) + dd
 
     middle = tuple((a + b) / 2 for a, b in zip(p, r, strict=True))
     candidates = [p, r, middle]

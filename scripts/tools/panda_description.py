@@ -190,9 +190,7 @@ DAMPING = {"revolute": 0.5, "prismatic": 1.0}
 """Passive viscous damping of the joints, N m s/rad and N s/m: a little more than the arm's identified 0.04 to
 0.23, and what grasping was proven with. Authored as `mjc:damping`, which is per radian."""
 
-FRICTION_LOSS = {
-    f"panda_joint{i}": v for i, v in enumerate((0.245, 0.152, 0.183, 0.359, 0.267, 0.166, 1.211), start=1)
-}
+FRICTION_LOSS = {f"panda_joint{i}": v for i, v in enumerate((0.245, 0.152, 0.183, 0.359, 0.267, 0.166, 1.211), start=1)}
 """Identified dry friction of the arm's joints, N m. Off unless the variant `JointFriction` is `identified`:
 each costs a constraint row in every step, and the real arm's controller compensates it."""
 
@@ -230,12 +228,26 @@ LINK_COLLIDERS: dict[str, tuple[Capsule, ...]] = {
     "panda_link7": (Capsule("panda_link7_collision", 0.07, 0.14, (0.0, 0.0, 0.01)),),
 }
 
+FILTERED_PAIRS: tuple[tuple[str, str], ...] = (
+    ("panda_link0", "panda_link1"),
+    ("panda_link0", "panda_link2"),
+    ("panda_link1", "panda_link3"),
+    ("panda_link2", "panda_link4"),
+    ("panda_link3", "panda_link5"),
+    ("panda_link4", "panda_link6"),
+    ("panda_link5", "panda_link7"),
+    ("panda_link6", "panda_hand"),
+)
+"""Links whose capsules overlap by design, though they are not neighbours for MuJoCo: the pairs one link apart, and the
+first joint's two, since the base counts as part of the world. They never collide, even where a configuration enables
+self-collision. The arm's joint limits keep the true links apart."""
+
 HAND_COLLIDERS: dict[str, tuple[Capsule, ...]] = {
     "pads": (Capsule("panda_hand_collision", 0.035, 0.14, (0.0, 0.0, 0.03), "Y"),),
     "full": (Capsule("panda_hand_collision", 0.05, 0.15, (0.0, 0.0, 0.03), "Y"),),
 }
 """By variant of `FingerColliders`. `pads`: fitted to the hand's mesh, its palm at z = 0.065 m. `full`:
-franka_description's, whose safety margin of 15 mm touches a 4 cm cube before the fingers are round its
+franka_description's, whose safety margin of 15 mm leaves 3 mm between palm and a 4 cm cube held at its
 middle."""
 
 FINGER_COLLIDERS: dict[str, tuple[Box, ...]] = {

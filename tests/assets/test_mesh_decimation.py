@@ -52,9 +52,7 @@ def test_a_finely_divided_box_comes_down_to_its_twelve_triangles_exactly():
 
 def test_a_reduced_sphere_stays_closed_and_close_to_the_sphere():
     fine, coarse = sphere(14), decimate(*sphere(14), 300)
-    edges = np.sort(
-        np.concatenate([coarse[1][:, [0, 1]], coarse[1][:, [1, 2]], coarse[1][:, [2, 0]]]), axis=1
-    )
+    edges = np.sort(np.concatenate([coarse[1][:, [0, 1]], coarse[1][:, [1, 2]], coarse[1][:, [2, 0]]]), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
     assert len(fine[1]) == 2352
     assert 290 <= len(coarse[1]) <= 300

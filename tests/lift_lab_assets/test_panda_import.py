@@ -7,6 +7,7 @@ MJCF's terms (full inertia tensors, radians, nested bodies), without a pass thro
 import mujoco
 import numpy as np
 import pytest
+from pxr import Usd
 
 from lift_lab.usd import load
 from lift_lab.utils.assets import ASSETS_USD_DIR, ISAACLAB_NUCLEUS_DIR, resolve_usd_path
@@ -200,6 +201,18 @@ def test_links_never_touch_each_other_and_visuals_touch_nothing(model, configura
     assert len(visuals) > len(LINKS)
     assert not model.geom_contype[visuals].any()
     assert not model.geom_conaffinity[visuals].any()
+
+
+def test_links_rest_apart_at_the_initial_pose_even_with_self_collision():
+    stage = Usd.Stage.Open(str(PANDA))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    stage.GetDefaultPrim().GetAttribute("physxArticulation:enabledSelfCollisions").Set(True)
+    colliding = load(stage)[0].compile()
+    folded = [0.0, 1.7, 0.0, -3.0, 0.0, 0.0, 0.0, 0.04, 0.04]  # the hand reaches back into the upper arm
+    initial = [0.0, -0.569, 0.0, -2.810, 0.0, 3.037, 0.741, 0.04, 0.04]
+    assert at(colliding, np.array(initial)).ncon == 0
+    assert at(colliding, np.array(folded)).ncon > 0
+    assert colliding.nexclude < load(PANDA)[0].compile().nexclude
 
 
 def test_pads_carry_the_contact_that_grasping_was_proven_with(model):

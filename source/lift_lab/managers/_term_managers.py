@@ -1,5 +1,4 @@
-"""Two kinds of manager: terms that are functions in one flat list, and terms that are objects of their
-own."""
+"""Two kinds of manager: terms that are functions in one flat list, and terms that are objects of their own."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Events: changes of the simulation, made when their mode is applied.
 
-The environment applies ``prestartup`` once before the simulation starts, ``startup`` once after, ``reset``
-to the environments that reset and ``interval`` at every step; any other mode is applied by whoever defines
-it.
+The environment applies ``prestartup`` once before the simulation starts, ``startup`` once after, ``reset`` to the
+environments that reset and ``interval`` at every step; any other mode is applied by whoever defines it.
 """
 
 from __future__ import annotations
@@ -27,16 +26,13 @@ logger = logging.getLogger(__name__)
 _DUE_S = 1e-6
 """A timer with less left than this is due: it absorbs the rounding of repeated subtraction."""
 
-_NEVER = -(2**30)
-"""Step of the last application of a reset term that was never applied."""
-
 
 class EventManager(ManagerBase):
     """Applies event terms by mode.
 
-    The manager may be built before the simulation starts, for the sake of ``prestartup`` terms. Then scene
-    entities are resolved, and class terms of other modes built, when such a mode is first applied.
-    Source: Isaac Lab's ``EventManager``.
+    The manager may be built before the simulation starts, for the sake of ``prestartup`` terms. Then scene entities
+    are resolved, and class terms of other modes built, by :meth:`resolve_terms`, at the latest when such a mode is
+    first applied. Source: Isaac Lab's ``EventManager``.
     """
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):
@@ -75,6 +71,7 @@ class EventManager(ManagerBase):
         self._mode_class_term_cfgs: dict[str, list[EventTermCfg]] = {}
         self._interval_term_time_left: list[torch.Tensor] = []
         self._reset_term_last_triggered_step_id: list[torch.Tensor] = []
+        self._reset_term_last_triggered_once: list[torch.Tensor] = []
         self._unbound: list[tuple[str, EventTermCfg]] = []
         for name, cfg in self._term_items(EventTermCfg, self.cfg):
             self._check_event(name, cfg)
@@ -88,17 +85,22 @@ class EventManager(ManagerBase):
                 num_timers, device = (1, "cpu") if cfg.is_global_time else (self.num_envs, self.device)
                 self._interval_term_time_left.append(_draw_interval(cfg, num_timers, device))
             elif cfg.mode == "reset":
-                never = torch.full((self.num_envs,), _NEVER, dtype=torch.int32, device=self.device)
-                self._reset_term_last_triggered_step_id.append(never)
+                last_step = torch.zeros(self.num_envs, dtype=torch.int32, device=self.device)
+                self._reset_term_last_triggered_step_id.append(last_step)
+                self._reset_term_last_triggered_once.append(last_step.bool())
         if getattr(self._env.sim, "is_started", True):
-            self._bind_terms()
+            self.resolve_terms()
         else:  # prestartup terms act on the scene before it has indices
             for cfg in self._mode_class_term_cfgs.get("prestartup", []):
                 if inspect.isclass(cfg.func):
                     self._build_term(cfg)
 
-    def _bind_terms(self) -> None:
-        """Bind the terms that waited for the simulation to start."""
+    def resolve_terms(self) -> None:
+        """Bind the terms that waited for the simulation to start to the scene. A second call does nothing.
+
+        Raises:
+            ConfigError: a scene entity cannot be resolved.
+        """
         unbound, self._unbound = self._unbound, []
         for name, cfg in unbound:
             self._bind_term(name, cfg)
@@ -138,7 +140,7 @@ class EventManager(ManagerBase):
             logger.warning("no event term has mode '%s': %s", mode, suggest(mode, self.available_modes))
             return
         if self._unbound and mode != "prestartup":
-            self._bind_terms()
+            self.resolve_terms()
         if mode == "interval":
             if dt is None:
                 raise ValueError("mode 'interval' needs the environment step dt in seconds")
@@ -172,17 +174,21 @@ class EventManager(ManagerBase):
             last_step = self._reset_term_last_triggered_step_id[index]
             chosen = ids
             if cfg.min_step_count_between_reset > 0:
+                fired_once = self._reset_term_last_triggered_once[index]
                 candidates = as_env_id_tensor(ids, self.num_envs, self.device)
-                chosen = candidates[step - last_step[candidates] >= cfg.min_step_count_between_reset]
+                last = last_step[candidates]
+                due = step - last >= cfg.min_step_count_between_reset
+                chosen = candidates[due | ((last == 0) & ~fired_once[candidates])]
                 if len(chosen) == 0:
                     continue
+                fired_once[chosen] = True
             last_step[chosen] = step
             self._call(cfg, chosen)
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Reset class terms and draw the interval timers anew, but for global ones; logs nothing."""
         if self._unbound:
-            self._bind_terms()
+            self.resolve_terms()
         for class_terms in self._mode_class_term_cfgs.values():
             for cfg in class_terms:
                 cfg.func.reset(env_ids=env_ids)  # type: ignore[union-attr]

@@ -1,5 +1,4 @@
-"""What every manager and every term share: reading a config's terms, checking them, binding them to the
-scene.
+"""What every manager and every term share: reading a config's terms, checking them, binding them to the scene.
 
 A manager deep-copies its config, so a curriculum that edits ``manager.get_term_cfg(name)`` never reaches
 ``env.cfg``. All mistakes a config can hold are found here, at construction, by the name of the term.
@@ -106,7 +105,7 @@ class ManagerTermBase:
     @property
     def __name__(self) -> str:
         """Name of the class, as a function has one."""
-        return type(self).__name__
+        return type(self).__name__  # type: ignore[return-value]
 
     def reset(self, env_ids: EnvIds = None) -> Any:
         """Forget the state of some environments; the base class has none."""
@@ -117,6 +116,10 @@ class ManagerTermBase:
         if cfg.get("func") is self:
             cfg["func"] = f"{type(self).__module__}:{type(self).__qualname__}"
         return {"cfg": cfg}
+
+    def __deepcopy__(self, memo: dict) -> ManagerTermBase:
+        """Itself: a copy of a config shares the term, which belongs to one environment."""
+        return self
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """The term's value."""
@@ -239,8 +242,7 @@ class ManagerBase(ABC):
 
     @staticmethod
     def _adopt_default_entities(term_cfg: ManagerTermBaseCfg, func: Callable) -> None:
-        """Take default arguments that select joints or bodies by name into ``params``, where they get
-        resolved."""
+        """Take default arguments that select joints or bodies by name into ``params``, where they get resolved."""
         try:
             arguments = inspect.signature(func).parameters.values()
         except ValueError:

@@ -93,7 +93,7 @@ class TerminationManager(FunctionTermManager):
         """Union of the rows of one kind of terms."""
         rows = [i for i, cfg in enumerate(self._term_cfgs) if bool(cfg.time_out) == time_out]
         if not rows:
-            return self._none
+            return torch.zeros_like(self._none)
         union = fired[rows[0]]
         for row in rows[1:]:
             union = union | fired[row]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
+from functools import cache
 
 import numpy as np
 from pxr import Usd
@@ -17,34 +18,34 @@ _CHECKED = re.compile(
     r"|^(points|radius\w*|height|size|width|length|positions|orientations|scales)$"
 )
 
-_READ = """
+_READ_ATTRIBUTES = """
 physics:body0 physics:body1 physics:localPos0 physics:localPos1 physics:localRot0 physics:localRot1 physics:axis
 physics:lowerLimit physics:upperLimit physics:coneAngle?Limit physics:minDistance physics:maxDistance
-physics:jointEnabled physics:collisionEnabled physics:excludeFromArticulation physics:breakForce physics:breakTorque
-physics:rigidBodyEnabled physics:kinematicEnabled physics:mass physics:density physics:centerOfMass
-physics:diagonalInertia physics:principalAxes physics:approximation physics:dynamicFriction physics:staticFriction
-physics:restitution physics:gravityDirection physics:gravityMagnitude physics:filteredPairs physics:filteredGroups
-physics:invertFilteredGroups physics:mergeGroup
+physics:jointEnabled physics:collisionEnabled physics:excludeFromArticulation physics:breakForce
+physics:breakTorque physics:rigidBodyEnabled physics:kinematicEnabled physics:mass physics:density
+physics:centerOfMass physics:diagonalInertia physics:principalAxes physics:approximation physics:dynamicFriction
+physics:staticFriction physics:restitution physics:gravityDirection physics:gravityMagnitude
+physics:filteredPairs physics:filteredGroups physics:invertFilteredGroups physics:mergeGroup
 drive:*:physics:type drive:*:physics:stiffness drive:*:physics:damping drive:*:physics:maxForce
 drive:*:physics:targetPosition drive:*:physics:targetVelocity limit:*:physics:low limit:*:physics:high
-state:*:physics:position
-newton:armature newton:damping newton:friction newton:velocityLimit newton:mimic* newton:inertia newton:contactMargin
-newton:contactGap newton:maxHullVertices newton:torsionalFriction newton:rollingFriction newton:selfCollisionEnabled
-newton:gravityEnabled newton:*:position newton:massModel newton:shellThickness
-physxJoint:armature physxJoint:maxJointVelocity physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity
-physxJointAxis:*:dynamicFrictionEffort physxJointAxis:*:viscousFrictionCoefficient physxMimicJoint:*:gearing
-physxMimicJoint:*:offset physxMimicJoint:*:referenceJoint physxMimicJoint:*:referenceJointAxis
-physxRigidBody:disableGravity physxCollision:contactOffset physxCollision:restOffset
-physxConvexHullCollision:hullVertexLimit physxArticulation:enabledSelfCollisions
-mjc:option:* mjc:flag:* mjc:compiler:angle
-mjc:armature mjc:damping mjc:frictionloss mjc:stiffness mjc:margin mjc:gap mjc:ref mjc:springref mjc:springdamper
-mjc:sol* mjc:actuatorfrcrange:* mjc:actuatorfrclimited mjc:actuatorgravcomp mjc:group mjc:condim mjc:priority
+state:*:physics:position newton:armature newton:damping newton:friction newton:velocityLimit newton:mimic*
+newton:inertia newton:contactMargin newton:contactGap newton:maxHullVertices newton:torsionalFriction
+newton:rollingFriction newton:selfCollisionEnabled newton:gravityEnabled newton:*:position newton:massModel
+newton:shellThickness physxJoint:armature physxJoint:maxJointVelocity physxJointAxis:*:armature
+physxJointAxis:*:maxJointVelocity physxJointAxis:*:dynamicFrictionEffort
+physxJointAxis:*:viscousFrictionCoefficient physxMimicJoint:*:gearing physxMimicJoint:*:offset
+physxMimicJoint:*:referenceJoint physxMimicJoint:*:referenceJointAxis physxRigidBody:disableGravity
+physxCollision:contactOffset physxCollision:restOffset physxConvexHullCollision:hullVertexLimit
+physxArticulation:enabledSelfCollisions mjc:option:* mjc:flag:* mjc:compiler:angle mjc:armature mjc:damping
+mjc:frictionloss mjc:stiffness mjc:margin mjc:gap mjc:ref mjc:springref mjc:springdamper mjc:sol*
+mjc:actuatorfrcrange:* mjc:actuatorfrclimited mjc:actuatorgravcomp mjc:group mjc:condim mjc:priority
 mjc:friction mjc:contype mjc:conaffinity mjc:shellinertia mjc:maxhullvert mjc:inertia mjc:torsionalfriction
-mjc:rollingfriction mjc:gravcomp mjc:coef? mjc:target mjc:torqueScale mjc:actDim mjc:actEarly mjc:*Range:* mjc:*Limited
-mjc:gainPrm mjc:gainType mjc:biasPrm mjc:biasType mjc:dynPrm mjc:dynType mjc:gear mjc:inheritRange mjc:jointInParent
-mjc:crankLength mjc:refSite mjc:sliderSite mjc:path* mjc:sideSites* mjc:range:* mjc:limited mjc:springlength mjc:type
-mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mquat
-""".split()
+mjc:rollingfriction mjc:gravcomp mjc:coef? mjc:target mjc:torqueScale mjc:actDim mjc:actEarly mjc:*Range:*
+mjc:*Limited mjc:gainPrm mjc:gainType mjc:biasPrm mjc:biasType mjc:dynPrm mjc:dynType mjc:gear mjc:inheritRange
+mjc:jointInParent mjc:crankLength mjc:refSite mjc:sliderSite mjc:path* mjc:sideSites* mjc:range:* mjc:limited
+mjc:springlength mjc:type mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mquat
+"""
+_READ = tuple(_READ_ATTRIBUTES.split())
 
 _TUNING = {
     "physxScene:*": "setting of PhysX's solver",
@@ -123,7 +124,7 @@ def audit_support(parsed: ParsedStage) -> None:
     for prim in parsed.prims:
         for prop in prim.GetAuthoredProperties():
             name = prop.GetName()
-            if not _PHYSICS.match(name) or _matches(name, _READ):
+            if not _PHYSICS.match(name) or _is_read(name):
                 continue
             reason, tuning = _reason(name)
             parsed.report.ignore(prim.GetPath(), name, reason, tuning)
@@ -135,10 +136,12 @@ def audit_support(parsed: ParsedStage) -> None:
             parsed.report.ignore(joint.path, "", "a joint of a vendor's type")
 
 
-def _matches(name: str, patterns: list[str]) -> bool:
-    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+@cache
+def _is_read(name: str) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in _READ)
 
 
+@cache
 def _reason(name: str) -> tuple[str, bool]:
     for pattern, reason in _TUNING.items():
         if fnmatch.fnmatchcase(name, pattern):
@@ -154,5 +157,3 @@ def raise_on_ignored(parsed: ParsedStage) -> None:
     for note in parsed.report.ignored:
         if not note.tuning:
             raise parsed.fail(note.prim_path, note.attribute, f"ignored: {note.reason}")
-
-

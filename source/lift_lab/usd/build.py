@@ -23,6 +23,8 @@ from lift_lab.usd.tree import Forest, Link, build_forest
 from lift_lab.usd.units import Pose
 from lift_lab.usd.visuals import add_visuals
 
+_EARTH = 9.81
+
 
 class Builder:
     """Builds one spec; the order of the steps is the order of the methods."""
@@ -57,11 +59,12 @@ class Builder:
     def add_scene(self) -> None:
         """Gravity, and the options of the first physics scene."""
         units = self.parsed.units
-        gravity = np.array([0.0, 0.0, -9.81])
+        gravity = np.array([0.0, 0.0, -_EARTH])
         for path, desc in list(self.parsed.scenes.items())[:1]:
             prim = self.parsed.prim(path)
             # Seven digits undo float32: 9.81 as authored, not 9.8100004.
             magnitude = float(f"{desc.gravityMagnitude * units.length:.7g}")
+            magnitude = magnitude if magnitude >= 0 else _EARTH  # any negative value asks for earth's
             direction = np.array(desc.gravityDirection, dtype=float)
             if not (np.isfinite(magnitude) and np.isfinite(direction).all()):
                 raise self.parsed.fail(prim, "physics:gravityMagnitude", "gravity is not finite")
@@ -86,7 +89,7 @@ class Builder:
             authored = parsed.pose(prim)
             local = link.edges[0].offset if link.edges else authored
             frame = parent_frame @ local if link.edges else authored
-            body = parent.add_body(name=self.names.of("body", link.path), pos=local.pos, quat=local.quat)
+            body = parent.add_body(name=self.names.of("body", link.path), pos=local.position, quat=local.quat)
             if link.free:
                 body.add_freejoint(name=self.names.of("joint", f"/{body.name}"))
             body.mocap = link.mocap
@@ -111,7 +114,7 @@ class Builder:
                 self.parsed.report.approximate(link.path, "xformOpOrder", reason)
 
     def home_of(self, prim: Usd.Prim) -> Home:
-        """Body that a prim belongs to. Static geometry shares the default prim's body; cameras and lights the world's."""
+        """Body that a prim belongs to; static geometry shares the default prim's, cameras and lights the world's."""
         path = self.parsed.body_of(prim)
         if path is not None:
             return self.homes[path]
@@ -122,7 +125,7 @@ class Builder:
         if key not in self.homes:
             frame = self.parsed.pose(owner) if owner.IsA(UsdGeom.Xformable) else Pose.identity()
             name = self.names.of("body", str(owner.GetPath()))
-            body = self.spec.worldbody.add_body(name=name, pos=frame.pos, quat=frame.quat)
+            body = self.spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quat)
             self.homes[key] = Home(body, frame, None, moving=False)
             self.parsed.report.prim_paths[name] = str(owner.GetPath())
         return self.homes[key]

@@ -62,7 +62,7 @@ def renderable(prim: Usd.Prim) -> bool:
 def place(geom: mujoco.MjsGeom, shape: Shape, mesh_name: str = "") -> None:
     """Write type, size and pose of a shape to a geom."""
     geom.type = shape.type
-    geom.pos, geom.quat = shape.pose.pos, shape.pose.quat
+    geom.pos, geom.quat = shape.pose.position, shape.pose.quat
     if shape.type == GEOM.mjGEOM_MESH:
         geom.meshname = mesh_name
     else:
@@ -120,9 +120,7 @@ def _mesh_name(parsed: ParsedStage, store: MeshStore, prim: Usd.Prim, shape: Sha
     return store.add(str(prim.GetPath()), shape.mesh, True, int(limit or -1), shell)
 
 
-def _collision_shapes(
-    parsed: ParsedStage, prim: Usd.Prim, desc: Any, shapes: list[Shape], home: Home
-) -> list[Shape]:
+def _collision_shapes(parsed: ParsedStage, prim: Usd.Prim, desc: Any, shapes: list[Shape], home: Home) -> list[Shape]:
     path = str(prim.GetPath())
     found = []
     for shape in shapes:
@@ -131,7 +129,9 @@ def _collision_shapes(
         if shape.type == GEOM.mjGEOM_PLANE and home.moving:
             parsed.report.approximate(path, "", "a plane on a moving body becomes a thin box")
             width, length, _ = shape.size
-            shape = Shape(GEOM.mjGEOM_BOX, (width, length, 0.005), shape.pose @ Pose(np.array([0, 0, -0.005]), np.eye(3)))
+            shape = Shape(
+                GEOM.mjGEOM_BOX, (width, length, 0.005), shape.pose @ Pose(np.array([0, 0, -0.005]), np.eye(3))
+            )
         elif shape.mesh is not None and prim.IsA(UsdGeom.Mesh):
             shape = _mesh_shape(parsed, path, str(desc.approximation), shape)
         found.append(shape)

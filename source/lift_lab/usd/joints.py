@@ -136,7 +136,7 @@ def _unbounded(dof: Dof) -> bool:
 
 def _add_ball(parsed: ParsedStage, name: str, edge: Edge, body: mujoco.MjsBody) -> None:
     joint = edge.joint
-    element = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL, pos=edge.child_frame.pos)
+    element = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL, pos=edge.child_frame.position)
     limit = getattr(joint.desc, "limit", None)
     if limit is not None and limit.enabled:
         cones = [angle for angle in (limit.lower, limit.upper) if 0 <= angle < 180]
@@ -153,7 +153,7 @@ def _add_scalar(parsed: ParsedStage, name: str, edge: Edge, dof: Dof, body: mujo
     sign = -1.0 if edge.reversed else 1.0
     axis = sign * (edge.child_frame.rot @ dof.axis)
     kind = mujoco.mjtJoint.mjJNT_HINGE if dof.angular else mujoco.mjtJoint.mjJNT_SLIDE
-    element = body.add_joint(name=name, type=kind, pos=edge.child_frame.pos, axis=axis)
+    element = body.add_joint(name=name, type=kind, pos=edge.child_frame.position, axis=axis)
     unit = parsed.units.factor("position", dof.angular)
     if _unbounded(dof):
         element.limited = mujoco.mjtLimited.mjLIMITED_FALSE

@@ -62,7 +62,7 @@ class _Loop:
         for side, (body, frame) in enumerate(zip(self.bodies, (self.joint.frame0, self.joint.frame1), strict=True)):
             pose = frame @ Pose(offset, np.eye(3))
             name = self.names.of("site", self.joint.path, f"{suffix}_{side}")
-            body.add_site(name=name, pos=pose.pos, quat=pose.quat, size=[0.005] * 3, group=_SITE_GROUP)
+            body.add_site(name=name, pos=pose.position, quat=pose.quat, size=[0.005] * 3, group=_SITE_GROUP)
             made.append(name)
         return made[0], made[1]
 
@@ -117,7 +117,7 @@ def set_solver(prim: Usd.Prim, equality: mujoco.MjsEquality) -> None:
 
 
 def add_mimics(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: list[BuiltDof]) -> None:
-    """Joint equalities `follower = c0 + c1 * leader` from all three dialects; the first that applies to a joint wins."""
+    """Joint equalities `follower = c0 + c1 * leader` from all three dialects, one per follower."""
     by_joint: dict[str, list[BuiltDof]] = {}
     for built in dofs:
         by_joint.setdefault(built.joint.path, []).append(built)

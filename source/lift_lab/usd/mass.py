@@ -1,9 +1,9 @@
 """Mass, centre of mass and inertia of bodies, by the precedence rules of UsdPhysics.MassAPI.
 
-Explicit values on the body win over those on its colliders, and those over densities: a collider's own, then the body's,
-then the physics material's, then 1000 kg/m^3. Volumes, centres and inertias of shapes come from MuJoCo's own compiler.
-Only enabled colliders count. Values that equal the schema's fallbacks (mass 0, inertia 0, centre -inf, axes 0) are
-unset even where they are authored.
+Explicit values on the body win over those on its colliders, and those over densities: a collider's own, then the
+body's, then the physics material's, then 1000 kg/m^3. Volumes, centres and inertias of shapes come from MuJoCo's own
+compiler. Only enabled colliders count. Values that equal the schema's fallbacks (mass 0, inertia 0, centre -inf,
+axes 0) are unset even where they are authored.
 """
 
 from __future__ import annotations
@@ -120,7 +120,9 @@ def set_inertials(
     unit_density = _shape_inertials(needed)
     for path, (body, _, moving) in bodies.items():
         parts = [
-            _part(parsed, collider, unit, explicit[path]) for collider, unit in unit_density if collider.home.path == path
+            _part(parsed, collider, unit, explicit[path])
+            for collider, unit in unit_density
+            if collider.home.path == path
         ]
         inertial = _combine(parsed, path, explicit[path], parts, moving)
         if inertial is not None:
@@ -153,6 +155,10 @@ def _shape_inertials(colliders: list[Collider]) -> list[tuple[Collider, Inertial
 
 def _part(parsed: ParsedStage, collider: Collider, unit: Inertial, body: Explicit) -> Inertial:
     own = read_explicit(parsed, collider.prim, collider.home.frame)
+    thickness = value_of(collider.prim, "newton:shellThickness")
+    if collider.shell and thickness is not None and np.isfinite(thickness):
+        wall = float(thickness) * parsed.units.length
+        unit = Inertial(unit.mass * wall, unit.com, unit.tensor * wall)
     density = own.density or body.density or collider.contact.density or WATER
     mass = own.mass if own.mass is not None else density * unit.mass
     tensor = own.tensor

@@ -35,10 +35,12 @@ _ENUMS = {
         "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     },
 }
-_OPTIONS = (
-    "timestep tolerance ls_tolerance noslip_tolerance ccd_tolerance density viscosity impratio iterations ls_iterations "
-    "noslip_iterations ccd_iterations sdf_iterations sdf_initpoints o_margin magnetic wind o_solref o_solimp o_friction"
-).split()
+_OPTION_NAMES = """
+timestep tolerance ls_tolerance noslip_tolerance ccd_tolerance density viscosity impratio iterations
+ls_iterations noslip_iterations ccd_iterations sdf_iterations sdf_initpoints o_margin magnetic wind o_solref
+o_solimp o_friction
+"""
+_OPTIONS = tuple(_OPTION_NAMES.split())
 _ENABLED_BY_FLAG = {"override", "energy", "fwdinv", "invdiscrete", "multiccd", "sleep"}
 _GAIN = {
     "fixed": mujoco.mjtGain.mjGAIN_FIXED,

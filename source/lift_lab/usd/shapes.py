@@ -135,8 +135,10 @@ def _tapered(kind: mujoco.mjtGeom):
             return [_round_shape(prim, kind, bottom, height, pose, stretch)]
         mesh = cone(bottom, height, axis_rotation(_axis(prim)), top)
         if kind == GEOM.mjGEOM_CAPSULE:
-            ends = [_ball_mesh(r, axis_rotation(_axis(prim)) @ [0, 0, z]) for r, z in
-                    ((bottom, -height / 2), (top, height / 2))]
+            ends = [
+                _ball_mesh(r, axis_rotation(_axis(prim)) @ [0, 0, z])
+                for r, z in ((bottom, -height / 2), (top, height / 2))
+            ]
             mesh = _merge([mesh, *ends])
         return [_as_mesh(mesh, pose, stretch)]
 
@@ -247,5 +249,3 @@ def _round_mesh(kind: mujoco.mjtGeom, radius: float, height: float, axis: str) -
         return cone(radius, height, turn, top=radius)
     ends = [_ball_mesh(radius, turn @ [0, 0, side * height / 2]) for side in (-1, 1)]
     return _merge([cone(radius, max(height, 1e-9), turn, top=radius), *ends])
-
-

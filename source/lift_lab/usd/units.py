@@ -120,8 +120,13 @@ class Pose:
 
     @property
     def quat(self) -> np.ndarray:
-        """Orientation as wxyz."""
-        return mat_to_quat(self.rot)
+        """Orientation as wxyz, without the rounding noise of the last digits."""
+        return np.round(mat_to_quat(self.rot), 14) + 0.0
+
+    @property
+    def position(self) -> np.ndarray:
+        """`pos` without rounding noise below a picometre."""
+        return np.round(self.pos, 13) + 0.0
 
 
 def gf_matrix(matrix: Gf.Matrix4d) -> tuple[np.ndarray, np.ndarray]:

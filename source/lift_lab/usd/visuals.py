@@ -109,7 +109,7 @@ def _add_site(parsed: ParsedStage, names: Names, prim: Usd.Prim, home_of: Callab
     if shapes and shapes[0].type in solid:
         site.type, pose = shapes[0].type, shapes[0].pose
         site.size = [*shapes[0].size, 0.0, 0.0][:3]
-    site.pos, site.quat = pose.pos, pose.quat
+    site.pos, site.quat = pose.position, pose.quat
     site.group = display_group(prim, 0)
 
 
@@ -119,7 +119,7 @@ def _add_camera(parsed: ParsedStage, names: Names, prim: Usd.Prim, home_of: Call
     path = str(prim.GetPath())
     pose = home.frame.inverse() @ parsed.pose(prim)
     # Both look along -Z with +Y up.
-    element = home.body.add_camera(name=names.of("camera", path), pos=pose.pos, quat=pose.quat)
+    element = home.body.add_camera(name=names.of("camera", path), pos=pose.position, quat=pose.quat)
     if camera.projection == type(camera).Orthographic:
         parsed.report.approximate(path, "projection", "an orthographic camera becomes a perspective one")
     if camera.focalLength > 0 and camera.verticalAperture > 0:

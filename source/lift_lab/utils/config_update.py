@@ -99,11 +99,11 @@ def _coerce(value: Any, current: Any, hint: Any, path: str, typed: bool) -> Any:
     if new is _NO:
         new = _fit_hint(value, hint, path)
     if new is _NO and empty:
-        new = copy.deepcopy(value) if isinstance(value, (list, tuple, dict, set)) else value
+        new = value
     if new is _NO:
         expected = type(current).__name__ if not is_function_like(current) else "'module:name'"
         raise ConfigError(f"{path}: expected {expected}, got {type(value).__name__} {value!r}")
-    return new
+    return copy.deepcopy(new) if isinstance(new, (list, tuple, dict, set)) and new is value else new
 
 
 def _fit_current(value: Any, current: Any, hint: Any, path: str, typed: bool) -> Any:
@@ -249,7 +249,7 @@ def _fixed_length(hint: Any) -> int | None:
 
 def _fit_hint(value: Any, hint: Any, path: str) -> Any:
     """``value`` converted to an annotation's type, or ``_NO`` where it does not fit or nothing is known."""
-    if hint is None or hint is Any:
+    if hint is None:
         return _NO
     options = _alternatives(hint)
     for option in options:
@@ -263,6 +263,8 @@ def _fit_hint(value: Any, hint: Any, path: str) -> Any:
 
 
 def _fit_option(value: Any, option: Any, path: str) -> Any:
+    if option is Any:
+        return value
     origin, args = get_origin(option) or option, get_args(option)
     if origin is Literal:
         return value if value in args else _NO

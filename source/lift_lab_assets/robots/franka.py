@@ -59,14 +59,15 @@ FRANKA_PANDA_CFG = ArticulationCfg(
 """The Panda with gains that grasp and learn.
 
 - Initial pose (rad; fingers in m, open): Isaac Lab's.
-- Arm, 400 N m/rad and 160 N m s/rad: Isaac Lab's 80 and 4 leave a damping ratio of about 0.2 here,
-  so the arm oscillates; and a fast arm teaches exploration to swat the cube instead of grasping it.
+- Arm, 400 N m/rad and 160 N m s/rad: Isaac Lab's 80 and 4 leave a damping ratio of about 0.2 here, so the arm
+  oscillates; and a fast arm teaches exploration to swat the cube instead of grasping it.
 - Fingers, 350 N/m and 10 N s/m: Isaac Lab's 2000 and 100 squeeze a light cube harder than a contact that is
   resolved at 5 ms can hold; slower fingers never close while the policy's gripper command still flickers.
 - Effort: 87 and 12 N m are the arm's data sheet, as in Isaac Lab; 70 N is the hand's continuous grasping
   force (Isaac Lab allows 200 N).
 - Gravity is compensated on all links, as the real arm's controller does; Isaac Lab leaves gravity on here.
-- Self-collision is off (Isaac Lab: on): the link capsules are generous and overlap near the joint limits.
+- Self-collision is off (Isaac Lab: on): the task's workspace keeps the links apart, and every pair of links that is
+  tested costs time.
 - Speed limits (2.175 and 2.61 rad/s, 0.2 m/s) are in the USD file and in ``data.joint_vel_limits``; the
   engine does not clamp to them.
 """

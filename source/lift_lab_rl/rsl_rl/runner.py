@@ -176,7 +176,7 @@ class LiftLabRunner(OnPolicyRunner):
         distribution: Any = self.alg.get_policy().distribution
         if getattr(distribution, "_distribution", None) is None:
             return 0.0
-        return float(distribution.std.mean())
+        return float(distribution.std.detach().mean())
 
     def _synchronise(self) -> None:
         if torch.device(self.device).type == "cuda":

@@ -174,6 +174,15 @@ def test_before_the_simulation_starts_only_prestartup_terms_are_built(env_factor
     assert env.calls == ["pushed", [2]]
 
 
+def test_resolving_the_terms_reports_mistakes_before_a_mode_is_applied(env_factory):
+    env = env_factory(sim=SimpleNamespace(is_started=False))
+    entity = SceneEntityCfg("robot", joint_names=["fingr"])
+    manager = EventManager({"joints": event("reset", func=joints, params={"asset_cfg": entity})}, env)
+    env.sim.is_started = True
+    with pytest.raises(ValueError, match=r"'joints', param 'asset_cfg'.*fingr"):
+        manager.resolve_terms()
+
+
 def test_wrong_parameters_are_reported_before_the_simulation_starts(env_factory):
     env = env_factory(sim=SimpleNamespace(is_started=False), scene=None)
     with pytest.raises(ValueError, match="unexpected 'nme' \\(did you mean 'name'"):

@@ -229,3 +229,12 @@ def test_setting_a_new_config_resolves_it(env):
         manager.set_term_cfg("term", RewardTermCfg(func=distance, weight=1.0))
     with pytest.raises(TypeError):
         manager.set_term_cfg("term", SceneEntityCfg("robot"))
+
+
+def test_a_copy_of_a_config_shares_its_term_and_not_a_copy_of_the_environment(env):
+    manager = one_term(env, Counter)
+    cfg = manager.get_term_cfg("term")
+    copied = cfg.replace(weight=2.0)
+    assert copied.func is cfg.func
+    manager.set_term_cfg("term", copied)
+    assert torch.equal(manager.compute(1.0), torch.full((4,), 2.0))

@@ -330,9 +330,9 @@ def test_groups_that_share_one_config_object_are_independent(env):
 def test_wrong_configs_are_refused(env):
     with pytest.raises(ValueError, match="no observations"):
         ObservationManager(None, env)
-    with pytest.raises(TypeError, match="'policy' must be of type ObservationGroupCfg\"):
+    with pytest.raises(TypeError, match="'policy' must be of type ObservationGroupCfg"):
         ObservationManager({"policy": ObservationTermCfg(func=state)}, env)
-    with pytest.raises(TypeError, match="'t' must be of type ObservationTermCfg\"):
+    with pytest.raises(TypeError, match="'t' must be of type ObservationTermCfg"):
         manager_of(env, t=3)
     with pytest.raises(ValueError, match="no observation group 'polcy': did you mean 'policy'"):
         manager_of(env, t=ObservationTermCfg(func=state)).compute_group("polcy")

@@ -196,7 +196,7 @@ def test_without_terms_nothing_is_done_or_written(env, tmp_path, monkeypatch, cf
 def test_terms_need_a_recorder_config(env):
     with pytest.raises(TypeError, match="RecorderManagerBaseCfg"):
         RecorderManager({"steps": RecorderTermCfg(class_type=Steps)}, env)
-    with pytest.raises(TypeError, match="'steps' must be of type RecorderTermCfg\"):
+    with pytest.raises(TypeError, match="'steps' must be of type RecorderTermCfg"):
         RecorderManager(Recorders(steps=3), env)
 
 

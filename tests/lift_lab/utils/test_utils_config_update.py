@@ -55,6 +55,8 @@ class SceneCfg:
     names: str | list[str] = "panda_.*"
     seed: int | None = None
     typed_elsewhere: Unknown = None
+    anything: Any = 1
+    entries: list[Any] | None = None
     gains = [1.0, 2.0]
     ranges = {"x": (0.0, 1.0)}
 
@@ -173,6 +175,12 @@ def test_another_kind_is_taken_where_the_annotation_allows_it():
     assert cfg.scene.names == ["a", "b"]
     cfg.from_dict({"scene": {"robot": {"stiffness": {"panda_.*": 10}}}})
     assert cfg.scene.robot.stiffness == {"panda_.*": 10.0}
+
+
+def test_anything_is_taken_where_the_annotation_says_so():
+    cfg = updated({"scene": {"anything": "text", "entries": ["a", 1, {"b": 2}]}})
+    assert cfg.scene.anything == "text"
+    assert cfg.scene.entries == ["a", 1, {"b": 2}]
 
 
 def test_configurations_in_dictionaries_and_lists_are_updated_in_place():

@@ -285,6 +285,20 @@ def sensor_stages(model: mujoco.MjModel) -> list[Stage]:
     return stages
 
 
+def silence(data: mujoco.MjData) -> None:
+    """Keep MuJoCo from printing this data's warnings: it does so only when a counter leaves zero."""
+    for warning in data.warning:
+        warning.number = 1
+
+
+def ids_tensor(ids: torch.Tensor | Sequence[int], device: torch.device) -> torch.Tensor:
+    """Environment or column numbers as a LongTensor; raises ConfigError for a mask or for fractions."""
+    ids = torch.as_tensor(ids, device=device)
+    if ids.numel() and (ids.dtype == torch.bool or ids.is_floating_point()):
+        raise ConfigError(f"ids must be integers, not {ids.dtype}; of a mask take mask.nonzero().flatten()")
+    return ids.long()
+
+
 def broadcast_rows(name: str, values: torch.Tensor, rows: int, cols: int) -> torch.Tensor:
     """`values` expanded to (rows, cols), with an error that names the field."""
     try:

@@ -18,7 +18,7 @@ from mujoco.batch import Batch, SimulationError
 
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, sensor_stages
+from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, ids_tensor, sensor_stages, silence
 
 _LOG = logging.getLogger(__name__)
 
@@ -198,8 +198,7 @@ class NativePhysics(Physics):
     def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
         data = self._batch.get_data(env_id, data)
         self._model_of_env = self._batch.get_model(env_id, self._model_of_env)
-        for warning in data.warning:
-            warning.number = 1  # MuJoCo prints a warning only at its first occurrence
+        silence(data)
         mujoco.mj_forward(self._model_of_env, data)
         return data
 
@@ -286,7 +285,7 @@ class _Mirror:
 
 
 def _numpy_ids(ids: torch.Tensor | Sequence[int]) -> np.ndarray:
-    return torch.as_tensor(ids, dtype=torch.long, device="cpu").numpy()
+    return ids_tensor(ids, torch.device("cpu")).numpy()
 
 
 def _length(index: slice | np.ndarray, size: int) -> int:

@@ -1,8 +1,8 @@
 """Physics on CUDA (or, slowly, on the CPU): `mujoco_warp`, all environments in one set of float32 arrays.
 
-The only module that imports warp. Tensors are the engine's own arrays, shared without a copy. On CUDA each
-kind of call is one graph, launched on torch's current stream; a graph is captured again when an array it
-refers to was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data`.
+The only module that imports warp. Tensors are the engine's own arrays, shared without a copy. Each kind of call
+is one graph, on CUDA launched on torch's current stream; a graph is captured again when an array it refers to
+was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,18 @@ import warp as wp
 
 from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError
 
-from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, sensor_stages
+from .base import (
+    MAX_VALUE,
+    STATE_FIELDS,
+    Health,
+    Physics,
+    Stage,
+    broadcast_rows,
+    ids_tensor,
+    sensor_stages,
+    silence,
+)
+from .sizing import estimate_sizes
 
 _LOG = logging.getLogger(__name__)
 
@@ -141,7 +152,8 @@ class WarpPhysics(Physics):
         self._plan = _Plan()
         self._randomized: dict[str, torch.Tensor] = {}
         self._graphs: dict[Hashable, wp.Graph] = {}
-        self._use_graphs = self._wp_device.is_cuda and wp.is_mempool_enabled(self._wp_device)
+        # without a memory pool the engine's own scratch arrays cannot be captured
+        self._use_graphs = self._wp_device.is_cpu or wp.is_mempool_enabled(self._wp_device)
         self._model_of_env: mujoco.MjModel | None = None
         self._looked = True  # whether health() was asked since the last step
         self._checked = [self._state_tensor(n) for n in ("qpos", "qvel", "act", "qacc_warmstart", "ctrl")]
@@ -170,8 +182,8 @@ class WarpPhysics(Physics):
     ) -> None:
         self._check_state_field(name)
         target = self.field(name).view(self.num_envs, -1)
-        rows = slice(None) if env_ids is None else self._ids(env_ids)
-        columns = cols if isinstance(cols, slice) else slice(None) if cols is None else self._ids(cols)
+        rows = slice(None) if env_ids is None else ids_tensor(env_ids, self.device)
+        columns = cols if isinstance(cols, slice) else slice(None) if cols is None else ids_tensor(cols, self.device)
         num_rows = self.num_envs if isinstance(rows, slice) else len(rows)
         width = target.shape[1]
         num_cols = len(range(*columns.indices(width))) if isinstance(columns, slice) else len(columns)
@@ -207,7 +219,7 @@ class WarpPhysics(Physics):
             self._reset_mask_torch.fill_(True)
         else:
             self._reset_mask_torch.fill_(False)
-            self._reset_mask_torch[self._ids(env_ids)] = True
+            self._reset_mask_torch[ids_tensor(env_ids, self.device)] = True
         self._run("reset", lambda: mjw.reset_data(self._m, self._d, reset=self._reset_mask))
         for name, tensor in self._fields.items():
             if self._stages[name] == Stage.ACC:
@@ -255,29 +267,30 @@ class WarpPhysics(Physics):
 
     def randomizable(self, name: str) -> torch.Tensor:
         self._check_randomizable(name)
-        if name not in self._randomized:
-            self._randomized[name] = self._expand(name)
-        return self._randomized[name]
+        return self._expand(name)
 
     def recompute_constants(self) -> None:
         for name in _DERIVED_CONSTANTS:
-            if getattr(self._m, name).size and name not in self._randomized:
+            if getattr(self._m, name).size:
                 self._expand(name)
         with self._on_torch_stream():
             mjw.set_const(self._m, self._d)
 
     def _expand(self, name: str) -> torch.Tensor:
         """Give a model field one row per environment; every captured graph still refers to the shared one."""
+        if name in self._randomized:
+            return self._randomized[name]
         owner, attribute = (self._m.opt, name[4:]) if name.startswith("opt.") else (self._m, name)
+        host = getattr(self.model.opt, attribute) if owner is self._m.opt else getattr(self.model, name)
         shared = getattr(owner, attribute)
-        if shared.shape[0] != self.num_envs:
+        if self._graphs:
+            wp.synchronize_device(self._wp_device)  # a graph may still run
             self._graphs.clear()
-            with self._on_torch_stream():
-                rows = wp.array(np.repeat(shared.numpy(), self.num_envs, axis=0), dtype=shared.dtype)
-            setattr(owner, attribute, rows)
-            shared = rows
-        shape = np.shape(getattr(self.model.opt, attribute) if owner is self._m.opt else getattr(self.model, name))
-        return _shared_tensor(shared, (self.num_envs, *shape), self.device)
+        with self._on_torch_stream():
+            rows = wp.array(np.repeat(shared.numpy(), self.num_envs, axis=0), dtype=shared.dtype)
+        setattr(owner, attribute, rows)
+        self._randomized[name] = _shared_tensor(rows, (self.num_envs, *np.shape(host)), self.device)
+        return self._randomized[name]
 
     # -- health and inspection
 
@@ -306,8 +319,7 @@ class WarpPhysics(Physics):
         for name, rows in self._randomized.items():
             owner = self._model_of_env.opt if name.startswith("opt.") else self._model_of_env
             getattr(owner, name.removeprefix("opt."))[:] = rows[env_id].cpu().numpy()
-        for warning in data.warning:
-            warning.number = 1  # MuJoCo prints a warning only at its first occurrence
+        silence(data)
         mujoco.mj_forward(self._model_of_env, data)
         return data
 
@@ -326,17 +338,11 @@ class WarpPhysics(Physics):
 
     def _warm_up(self) -> None:
         """Run every kernel once, so that compiling happens here and not inside a step or a capture."""
-        place = "in memory" if wp.config.kernel_cache_dir is None else f"in {wp.config.kernel_cache_dir}"
-        _LOG.info(
-            "loading MuJoCo-Warp kernels for %s; new ones take about a minute, then stay cached %s",
-            self.device,
-            place,
-        )
+        cache = wp.config.kernel_cache_dir
+        _LOG.info("loading MuJoCo-Warp kernels; new ones take about a minute and stay cached in %s", cache)
         start = time.monotonic()
         with self._on_torch_stream():
             mjw.step(self._m, self._d)
-            mjw.fwd_kinematics(self._m, self._d)
-            mjw.fwd_position(self._m, self._d)
         self.reset()
         self.refresh()
         self.health()
@@ -344,9 +350,6 @@ class WarpPhysics(Physics):
 
     def _state_tensor(self, name: str) -> torch.Tensor:
         return _shared_tensor(getattr(self._d, name), (self.num_envs, *self._shape(name)), self.device)
-
-    def _ids(self, ids: torch.Tensor | Sequence[int]) -> torch.Tensor:
-        return torch.as_tensor(ids, dtype=torch.long, device=self.device)
 
     def _collect_failures(self) -> None:
         """Latch what the state shows and what the engine counted, all on the device."""
@@ -366,14 +369,15 @@ class WarpPhysics(Physics):
                 yield
 
     def _run(self, key: Hashable, kernels: Callable[[], None]) -> None:
-        """Launch kernels: on CUDA as a graph, captured the first time `key` is seen."""
+        """Launch kernels as a graph, captured the first time `key` is seen."""
         if not self._use_graphs:
             with self._on_torch_stream():
                 kernels()
             return
         if key not in self._graphs:
             self._graphs[key] = self._capture(kernels)
-        wp.capture_launch(self._graphs[key], stream=wp.stream_from_torch(self.device))
+        stream = wp.stream_from_torch(self.device) if self._wp_device.is_cuda else None
+        wp.capture_launch(self._graphs[key], stream=stream)
 
     def _capture(self, kernels: Callable[[], None]) -> wp.Graph:
         """Record kernels on warp's own stream: torch's default stream cannot be captured."""
@@ -386,28 +390,8 @@ class WarpPhysics(Physics):
             if collecting:
                 gc.enable()
         if capture.graph is None:
-            raise PhysicsError("CUDA graph capture failed")
+            raise PhysicsError("graph capture failed")
         return capture.graph
-
-
-def estimate_sizes(model: mujoco.MjModel) -> tuple[int, int]:
-    """Contacts and constraint rows that one environment is likely to need at most.
-
-    The contacts are twice those of the default state plus room for 48 more; the rows hold all of them and
-    every equality, friction loss and limit.
-    """
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    contacts = _round_up(2 * data.ncon + 48, 16)
-    dim = int(max(model.geom_condim.max(initial=1), model.pair_dim.max(initial=1)))
-    pyramidal = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
-    rows_per_contact = 2 * (dim - 1) if pyramidal and dim > 1 else dim
-    limits = int(np.count_nonzero(model.jnt_limited) + np.count_nonzero(model.tendon_limited))
-    return contacts, _round_up(data.ne + model.nv + model.ntendon + limits + rows_per_contact * contacts, 16)
-
-
-def _round_up(value: int, multiple: int) -> int:
-    return -(-value // multiple) * multiple
 
 
 def _shared_tensor(array: wp.array, shape: tuple[int, ...], device: torch.device) -> torch.Tensor:

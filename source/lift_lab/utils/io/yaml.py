@@ -59,7 +59,7 @@ def _construct_tuple(loader: _Loader, node: Any) -> tuple:
 
 _Loader.add_constructor(_TUPLE, _construct_tuple)
 _Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(?:[0-9]+\.?|\.[0-9])[0-9]*[eE][-+]?[0-9]+"), list("-+.0123456789")
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(?:[0-9]+\.?|\.[0-9])[0-9]*[eE][-+]?[0-9]+$"), list("-+.0123456789")
 )
 
 

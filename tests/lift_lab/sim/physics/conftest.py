@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import mujoco
 import pytest
@@ -105,9 +105,9 @@ def shared(engine: str, make: Callable[..., Physics]) -> Physics:
 
 
 @pytest.fixture
-def physics(shared: Physics) -> Iterator[Physics]:
-    """An engine in its default state; the model fields that a test randomises are its own engine's business."""
+def physics(shared: Physics) -> Physics:
+    """An engine in its default state. Do not randomise its model: others use it too."""
     shared.reset()
     shared.refresh()
     shared.health()
-    yield shared
+    return shared

@@ -36,15 +36,15 @@ def test_a_pendulum_swings_with_its_period(physics: Physics, model: mujoco.MjMod
     address = model.jnt_qposadr[model.joint("pivot").id]
     physics.write("qpos", 0.02, cols=[address])
     angles = []
-    for _ in range(500):
-        physics.step(1)
+    for _ in range(60):
+        physics.step(4)
         angles.append(float(physics.field("qpos")[2, address]))
     angles = np.array(angles)
     before = np.flatnonzero(np.diff(np.sign(angles)))
-    crossings = (before + angles[before] / (angles[before] - angles[before + 1])) * DT
+    crossings = (before + angles[before] / (angles[before] - angles[before + 1])) * 4 * DT
     inertia_at_pivot = 0.02 + 2 * 0.5**2
     period = 2 * np.pi * np.sqrt(inertia_at_pivot / (2 * G * 0.5))
-    np.testing.assert_allclose(crossings[2] - crossings[0], period, rtol=1e-3)
+    np.testing.assert_allclose(crossings[1] - crossings[0], period / 2, rtol=1e-3)
     np.testing.assert_allclose(np.abs(angles).max(), 0.02, rtol=0.02)
 
 

@@ -24,6 +24,8 @@ def run(physics: Physics, steps: int) -> list[torch.Tensor]:
 
 
 def start(physics: Physics) -> None:
+    for name in FIELDS:
+        physics.field(name)
     physics.reset()
     physics.write("qpos", 0.05, cols=[2])
     physics.write("qvel", 1.0, cols=[0])

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_targets: bool = False) -> None:
-    """Put every asset of the scene into its default state.
+    """Put every asset of the scene into its default state; a fixed base stays where it is.
 
     Args:
         env: the environment.
@@ -29,7 +29,8 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
     for rigid_object in env.scene.rigid_objects.values():
         _write_default_root_state(rigid_object, origins, env_ids)
     for articulation in env.scene.articulations.values():
-        _write_default_root_state(articulation, origins, env_ids)
+        if not articulation.is_fixed_base:
+            _write_default_root_state(articulation, origins, env_ids)
         position = block(articulation.data.default_joint_pos, env_ids)
         velocity = block(articulation.data.default_joint_vel, env_ids)
         articulation.write_joint_state_to_sim(position, velocity, env_ids=env_ids)

@@ -24,13 +24,15 @@ class ScriptedExpert:
 
     hover_height_m = 0.14
     """Height of the tool above the table in the first phase."""
-    grasp_height_m = 0.021
+    grasp_height_m = 0.02
     """Height of the tool above the table when it closes."""
-    close_steps = 14
+    close_steps = 16
     """Control steps given to the gripper to close."""
     gain = 4.0
     """Joint target ahead of the joint position per unit of IK step: the drive's time constant is 0.4 s."""
-    max_step_m = 0.12
+    posture_gain = 0.3
+    """Pull towards the default posture within the null space of the task: it keeps the elbow out of singularities."""
+    max_step_m = 0.10
     """Largest position error handed to the IK."""
 
     def __init__(self, env: ManagerBasedRLEnv, hand: str = "panda_hand", arm: str = "panda_joint.*"):
@@ -72,8 +74,11 @@ class ScriptedExpert:
         step = error * (self.max_step_m / distance.clamp(min=self.max_step_m))[:, None]
         self.ik.set_command(torch.cat((tool + step, self.down_w), dim=1))
         joint_pos = robot.data.joint_pos[:, self.arm]
-        target = self.ik.compute(tool, tool_quat, self._jacobian(tool), joint_pos)
-        target = joint_pos + self.gain * (target - joint_pos).clamp(-0.3, 0.3)
+        jacobian = self._jacobian(tool)
+        task_step = self.ik.compute(tool, tool_quat, jacobian, joint_pos) - joint_pos
+        home = robot.data.default_joint_pos[:, self.arm] - joint_pos
+        posture_step = self.posture_gain * _null_space(jacobian, home)
+        target = joint_pos + self.gain * (task_step + posture_step).clamp(-0.3, 0.3)
         arm = (target - robot.data.default_joint_pos[:, self.arm]) / self.scale
         gripper = torch.where(self.phase >= CLOSE, -1.0, 1.0)
         return torch.cat((arm, gripper[:, None]), dim=1)
@@ -95,3 +100,9 @@ class ScriptedExpert:
         arm_w = (tool - hand)[:, :, None].expand(-1, -1, jacobian.shape[2])
         jacobian[:, :3] += torch.linalg.cross(jacobian[:, 3:], arm_w, dim=1)
         return jacobian
+
+
+def _null_space(jacobian: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
+    """The part of a joint step, shape (num_envs, 7), that does not move the tool."""
+    inverse = torch.linalg.pinv(jacobian)
+    return step - (inverse @ (jacobian @ step[:, :, None]))[:, :, 0]

@@ -1,0 +1,11 @@
+"""Finding tasks and their configurations. Overrides from a command line are in :mod:`lift_lab_tasks.utils.hydra`."""
+
+from .importer import import_packages
+from .parse_cfg import (
+    get_checkpoint_path,
+    load_cfg_from_registry,
+    num_envs_for_device,
+    parse_env_cfg,
+    registered_tasks,
+    task_kwargs,
+)

@@ -1,0 +1,308 @@
+"""Changing a task's configuration from a command line, in hydra's grammar.
+
+Overrides are ``env.<path>=<value>`` and ``agent.<path>=<value>`` for any entry, ``env.<path>=null`` to leave a term out,
+``+env.<path>=<value>`` and ``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a preset
+that the task was registered with::
+
+    kwargs={..., "presets": {"env.curriculum": {"step": "module:StepCfg", "linear": "module:LinearCfg"}}}
+
+hydra reads and composes the overrides; only what they name is written into the configuration objects, so that all else
+(callables, tuples, slices, tensors) stays what it is. No folder is made and no other directory entered.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, get_args
+
+from hydra import compose as hydra_compose
+from hydra import initialize
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override, OverrideType
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from lift_lab.utils import update_class_from_dict
+from lift_lab.utils.config_update import field_hints
+from lift_lab.utils.errors import ConfigError, UnknownFieldError, quote, suggest
+
+from .parse_cfg import ENV_CFG, load_cfg_from_registry, resolve_entry_point, task_kwargs
+
+_PRESET = re.compile(r"(\w+(?:/\w+)+)=(.*)")
+_STORE = "lift_lab_task"
+
+
+def compose(task_name: str, agent_cfg_entry_point: str | None, overrides: Sequence[str] = ()) -> tuple[Any, Any]:
+    """Configurations of a task with overrides applied.
+
+    Args:
+        task_name: id of the task.
+        agent_cfg_entry_point: key of the agent's configuration, e.g. ``"rsl_rl_cfg_entry_point"``; None for none.
+        overrides: in hydra's grammar, see the module.
+
+    Returns:
+        Environment and agent configuration; the latter None if there is none.
+
+    Raises:
+        NotFoundError: no such task or agent.
+        ConfigError: an override cannot be read, names nothing, or has a value of the wrong type.
+    """
+    cfgs: dict[str, Any] = {"env": load_cfg_from_registry(task_name, ENV_CFG)}
+    if agent_cfg_entry_point:
+        cfgs["agent"] = load_cfg_from_registry(task_name, agent_cfg_entry_point)
+    presets = [text for text in overrides if _PRESET.fullmatch(text)]
+    for text in presets:
+        _apply_preset(cfgs, text, task_kwargs(task_name).get("presets", {}))
+    _apply(cfgs, [text for text in overrides if text not in presets])
+    return cfgs["env"], cfgs.get("agent")
+
+
+def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Callable:
+    """Decorator: call a function with the task's configurations, overridden by the command line's arguments.
+
+    The function is called as ``func(env_cfg, agent_cfg, *args, **kwargs)`` (Isaac Lab's decorator of this name).
+
+    Args:
+        task_name: id of the task.
+        agent_cfg_entry_point: key of the agent's configuration.
+    """
+
+    def decorator(func: Callable) -> Callable:
+        @functools.wraps(func)
+        def wrapper(*args: Any, **kwargs: Any) -> Any:
+            env_cfg, agent_cfg = compose(task_name, agent_cfg_entry_point, sys.argv[1:])
+            return func(env_cfg, agent_cfg, *args, **kwargs)
+
+        return wrapper
+
+    return decorator
+
+
+def names_path(overrides: Sequence[str], path: str) -> bool:
+    """Whether an override sets the entry at ``path``."""
+    return any(text.lstrip("+~").partition("=")[0] == path for text in overrides)
+
+
+# -- presets
+
+
+def _apply_preset(cfgs: dict[str, Any], text: str, presets: dict[str, dict[str, Any]]) -> None:
+    group, _, choice = text.partition("=")
+    path = group.replace("/", ".")
+    groups = {key.replace("/", "."): value for key, value in presets.items()}
+    if path not in groups:
+        choices = [key.replace(".", "/") for key in groups]
+        raise ConfigError(f"override '{text}': no presets for '{group}'; {suggest(group, choices)}")
+    if choice not in groups[path]:
+        raise ConfigError(f"override '{text}': no preset '{choice}' for '{group}'; {suggest(choice, groups[path])}")
+    *parents, name = path.split(".")
+    owner = _find(cfgs, parents, path)
+    _set(owner, name, resolve_entry_point(groups[path][choice], f"preset '{text}'"))
+
+
+# -- overrides
+
+
+def _apply(cfgs: dict[str, Any], texts: Sequence[str]) -> None:
+    """Write overrides into the configurations."""
+    if not texts:
+        return
+    overrides = [_parse(text) for text in texts]
+    for override in overrides:
+        _check_key(cfgs, override)
+    composed = _compose(cfgs, texts)
+    for override in overrides:
+        keys = override.key_or_group.split(".")
+        if override.type == OverrideType.DEL:
+            _delete(_find(cfgs, keys[:-1], override.key_or_group), keys[-1])
+            continue
+        for path in _leaf_paths(keys, override.value()):
+            try:
+                value = OmegaConf.select(composed, ".".join(path))
+                value = OmegaConf.to_container(value, resolve=True) if OmegaConf.is_config(value) else value
+            except OmegaConfBaseException as error:
+                raise ConfigError(f"override '{override.input_line}': {_first_line(error)}") from error
+            _write(cfgs, path, value, override)
+
+
+def _parse(text: str) -> Override:
+    key, equals, _ = text.partition("=")
+    if not equals and not text.startswith("~"):
+        raise ConfigError(f"unexpected argument '{text}': overrides are written key=value, e.g. env.scene.num_envs=64")
+    try:
+        override = OverridesParser.create().parse_override(text)
+    except HydraException as error:
+        raise ConfigError(f"cannot read the override '{text}': {_first_line(error)}; quote values with special characters") from error
+    if override.is_sweep_override():
+        raise ConfigError(f"override '{text}': sweeps are not supported; run once for each value")
+    if key.lstrip("+~").split(".")[0] == "hydra":
+        raise ConfigError(f"override '{text}': hydra's own settings have no meaning here")
+    return override
+
+
+def _compose(cfgs: dict[str, Any], texts: Sequence[str]) -> Any:
+    """All entries with overrides applied, as hydra sees them."""
+    ConfigStore.instance().store(name=_STORE, node=_plain(cfgs))
+    GlobalHydra.instance().clear()
+    try:
+        with initialize(version_base="1.3", config_path=None):
+            return hydra_compose(config_name=_STORE, overrides=list(texts))
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigError(f"cannot apply {quote(texts)}: {_first_line(error)}") from error
+
+
+def _plain(value: Any) -> Any:
+    """A configuration as hydra can hold it; what it cannot hold is named by its type."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {key: _plain(entry) for key, entry in vars(value).items()}
+    return f"<{type(value).__name__}>"
+
+
+def _leaf_paths(path: list[str], value: Any) -> Iterator[list[str]]:
+    """Paths of the values of an override; a dictionary sets each of its entries."""
+    if isinstance(value, dict) and value:
+        for key, entry in value.items():
+            yield from _leaf_paths([*path, str(key)], entry)
+    else:
+        yield path
+
+
+def _write(cfgs: dict[str, Any], path: list[str], value: Any, override: Override) -> None:
+    """Set one entry, checked against what it replaces."""
+    text = ".".join(path)
+    owner = _find(cfgs, path[:-1], text)
+    if override.type != OverrideType.CHANGE and isinstance(owner, dict) and path[-1] not in owner:
+        owner[path[-1]] = value
+        return
+    current = _get(owner, path[-1])
+    if value is None and not _may_be_none(owner, path[-1], current):
+        raise ConfigError(f"override '{override.input_line}': {text} needs a {type(current).__name__}, not null")
+    if dataclasses.is_dataclass(current) and value is not None and not isinstance(value, dict):
+        names = quote(f"{text}.{name}" for name in vars(current))
+        raise ConfigError(f"override '{override.input_line}': {text} is a {type(current).__name__}; set one of {names}")
+    try:
+        update_class_from_dict(owner, {path[-1]: value}, ".".join(path[:-1]))
+    except UnknownFieldError as error:
+        raise ConfigError(_unknown(cfgs, path)) from error
+    except ConfigError as error:
+        raise ConfigError(f"override '{override.input_line}': {error}") from error
+
+
+def _may_be_none(owner: Any, name: str, current: Any) -> bool:
+    if not isinstance(current, (bool, int, float, str, list, tuple)):
+        return True
+    hint = None if isinstance(owner, dict) else field_hints(type(owner)).get(name)
+    return hint is None or hint is Any or type(None) in get_args(hint)
+
+
+def _delete(owner: Any, name: str) -> None:
+    if isinstance(owner, dict):
+        del owner[name]
+    else:
+        setattr(owner, name, None)
+
+
+# -- paths
+
+
+def _check_key(cfgs: dict[str, Any], override: Override) -> None:
+    """Complain about a path that leads nowhere, before hydra does."""
+    path = override.key_or_group.split(".")
+    node: Any = cfgs
+    for depth, name in enumerate(path):
+        last = depth == len(path) - 1
+        if last and override.type in (OverrideType.ADD, OverrideType.FORCE_ADD) and isinstance(node, dict) and depth:
+            return
+        if name not in _children(node):
+            raise ConfigError(_unknown(cfgs, path))
+        node = _get(node, name)
+
+
+def _unknown(cfgs: dict[str, Any], path: list[str]) -> str:
+    """Message for a path that leads nowhere, with the nearest paths that lead somewhere."""
+    text = ".".join(path)
+    node: Any = cfgs
+    depth = 0
+    while depth < len(path) and path[depth] in _children(node):
+        node = _get(node, path[depth])
+        depth += 1
+    rest = path[depth + 1 :]
+    prefix = ".".join(path[:depth])
+    close = difflib.get_close_matches(path[depth], _children(node), n=3, cutoff=0.6) if depth < len(path) else []
+    near = [".".join(part for part in (prefix, name) if part) for name in close]
+    near = [".".join([base, *rest]) if _exists(cfgs, base.split(".") + rest) else base for base in near]
+    if not near:
+        # Right names at another place, as rewards.x.weight for env.rewards.x.weight
+        everything = list(_all_paths(cfgs))
+        for length in range(len(path), 0, -1):
+            tail = "." + ".".join(path[-length:])
+            near = [known for known in everything if known.endswith(tail)][:3]
+            if near:
+                break
+    if near:
+        return f"unknown override key '{text}'; did you mean {quote(near)}?"
+    here = [".".join(part for part in (prefix, name) if part) for name in _children(node)]
+    return f"unknown override key '{text}'; {suggest(text, here)}"
+
+
+def _children(node: Any) -> list[str]:
+    if isinstance(node, dict):
+        return [str(key) for key in node]
+    if dataclasses.is_dataclass(node) and not isinstance(node, type):
+        return list(vars(node))
+    return []
+
+
+def _get(node: Any, name: str) -> Any:
+    return node.get(name) if isinstance(node, dict) else getattr(node, name, None)
+
+
+def _set(node: Any, name: str, value: Any) -> None:
+    if isinstance(node, dict):
+        node[name] = value
+    else:
+        setattr(node, name, value)
+
+
+def _find(cfgs: dict[str, Any], path: list[str], full: str) -> Any:
+    node: Any = cfgs
+    for name in path:
+        if name not in _children(node):
+            raise ConfigError(_unknown(cfgs, full.split(".")))
+        node = _get(node, name)
+    return node
+
+
+def _exists(cfgs: dict[str, Any], path: list[str]) -> bool:
+    node: Any = cfgs
+    for name in path:
+        if name not in _children(node):
+            return False
+        node = _get(node, name)
+    return True
+
+
+def _all_paths(node: Any, prefix: str = "") -> Iterator[str]:
+    for name in _children(node):
+        path = f"{prefix}.{name}" if prefix else name
+        yield path
+        yield from _all_paths(_get(node, name), path)
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return lines[0] if lines else type(error).__name__
