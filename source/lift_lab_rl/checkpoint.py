@@ -25,6 +25,8 @@ from lift_lab.utils.errors import LiftLabError
 
 from .physics_state import load_physics_state, physics_state, physics_storages
 
+_Assign = Callable[[Any], None]
+
 
 class StateMismatchError(LiftLabError, ValueError):
     """A saved state is of an environment of another shape."""
@@ -50,13 +52,14 @@ def env_state(env: Any) -> dict[str, Any]:
         env: a manager-based environment (unwrapped).
 
     Returns:
-        ``{"physics": ..., "objects": {path: tensor, number or list of numbers}}``: tensors (copies, on the CPU) and
-        plain values only. The global random numbers are not in it: see :func:`rng_state`.
+        ``physics``: the engine's state. ``objects``: path -> tensor (a copy, on the CPU), number, or list of numbers.
+        ``aliases``: path -> first path that leads to the same tensor. The global random numbers are not in it: see
+        :func:`rng_state`.
     """
-    objects: dict[str, Any] = {}
-    for path, leaf, _ in _leaves(env, physics_storages(env.sim.physics)):
-        objects[path] = _saved(leaf)
-    return {"physics": physics_state(env.sim.physics), "objects": objects}
+    leaves = list(_leaves(env, physics_storages(env.sim.physics)))
+    aliases = _aliases(leaves)
+    objects = {path: _saved(leaf) for path, leaf, _ in leaves if path not in aliases}
+    return {"physics": physics_state(env.sim.physics), "objects": objects, "aliases": aliases}
 
 
 def load_env_state(env: Any, state: dict[str, Any]) -> None:
@@ -70,26 +73,49 @@ def load_env_state(env: Any, state: dict[str, Any]) -> None:
         StateMismatchError: the environment holds other things than the state; names the first of them. The
             environment should then be reset.
     """
-    if state["physics"]["rows"] and len(next(iter(state["physics"]["rows"].values()))) != env.num_envs:
-        raise StateMismatchError("the saved state has another number of environments")
+    rows = next(iter(state["physics"]["rows"].values()))
+    if len(rows) != env.num_envs:
+        raise StateMismatchError(f"the saved state has {len(rows)} environments, this run {env.num_envs}")
     load_physics_state(env.sim.physics, state["physics"])
-    saved = dict(state["objects"])
     live = list(_leaves(env, physics_storages(env.sim.physics)))
-    known = {path for path, _, _ in live}
-    if known != saved.keys():
-        different = sorted(known ^ saved.keys())
+    saved, saved_aliases, live_aliases = state["objects"], state["aliases"], _aliases(live)
+    different = sorted({path for path, _, _ in live} ^ (saved.keys() | saved_aliases.keys()))
+    if different:
         raise StateMismatchError(
             f"the saved state is of another environment: {len(different)} entries differ, first '{different[0]}'"
         )
+    groups: dict[str, set[str]] = {}
+    for path, _, _ in live:
+        groups.setdefault(live_aliases.get(path, path), set()).add(saved_aliases.get(path, path))
+    made: dict[str, Any] = {}
     for path, leaf, assign in live:
-        _restore(path, leaf, assign, saved[path])
+        source = saved_aliases.get(path, path)
+        if len(groups[live_aliases.get(path, path)]) == 1:
+            if path not in live_aliases:
+                _restore(path, leaf, assign, saved[source])
+        else:
+            # One tensor here (as at construction) that became several there: each path gets its own again.
+            if source not in made:
+                made[source] = saved[source].to(leaf.device).clone()
+            assign(made[source])
     for cache in _caches(env):
         cache.clear()
 
 
-# -- the walk
+def _aliases(leaves: list[tuple[str, Any, _Assign]]) -> dict[str, str]:
+    """Path -> first path to the same tensor, for all but the first."""
+    first: dict[int, str] = {}
+    found = {}
+    for path, leaf, _ in leaves:
+        if isinstance(leaf, torch.Tensor):
+            if id(leaf) in first:
+                found[path] = first[id(leaf)]
+            else:
+                first[id(leaf)] = path
+    return found
 
-_Assign = Callable[[Any], None]
+
+# -- the walk
 
 
 def _leaves(env: Any, excluded: set[int]) -> Iterator[tuple[str, Any, _Assign]]:
@@ -105,12 +131,11 @@ def _below(path: str, value: Any, assign: _Assign, seen: set[int], excluded: set
     if value is None or isinstance(value, (bool, int, float, np.generic)):
         yield path, value, assign
         return
-    if id(value) in seen:
-        return
     if isinstance(value, torch.Tensor):
-        seen.add(id(value))
         if value.untyped_storage().data_ptr() not in excluded or not value.numel():
             yield path, value, assign
+    elif id(value) in seen:
+        return
     elif isinstance(value, (np.ndarray, np.random.Generator, torch.Generator)):
         seen.add(id(value))
         yield path, value, assign

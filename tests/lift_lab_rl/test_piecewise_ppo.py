@@ -87,9 +87,7 @@ def test_an_update_ends_where_rsl_rl_ends(settings):
 
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_the_number_of_threads_does_not_change_a_bit(threads):
-    one, many = make(PiecewisePPO, piece_rows=17, num_threads=1), make(
-        PiecewisePPO, piece_rows=17, num_threads=threads
-    )
+    one, many = make(PiecewisePPO, piece_rows=17, num_threads=1), make(PiecewisePPO, piece_rows=17, num_threads=threads)
     rollouts(one), rollouts(many)
     assert torch.equal(weights(one), weights(many))
 

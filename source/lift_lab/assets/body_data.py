@@ -256,14 +256,8 @@ class BodyData:
 
         Of the last physics substep (the engine computes accelerations while it steps).
         """
-        cacc = self._physics.field("cacc")[:, self._body_cols]
-        points = self._physics.field("xipos")[:, self._body_cols]
-        centre = self._physics.field("subtree_com")[:, self._tree_root, None]
-        ang, lin = cacc[..., :3], cacc[..., 3:]
-        vel = self.body_com_vel_w
-        lin = lin + torch.linalg.cross(ang, points - centre) + torch.linalg.cross(vel[..., 3:], vel[..., :3])
-        gravity = torch.tensor(self._physics.model.opt.gravity, dtype=lin.dtype, device=lin.device)
-        return torch.cat((lin + gravity, ang), dim=-1)
+        acc = self._physics.com_acc()[:, self._body_cols]
+        return torch.cat((acc[..., 3:], acc[..., :3]), dim=-1)
 
     @property
     def body_com_pos_b(self) -> torch.Tensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -82,8 +83,9 @@ class MovableAsset(AssetBase):
         if not self.is_fixed_base:
             self.write_root_velocity_to_sim(self._data.default_root_state[:, 7:])
 
+    @abstractmethod
     def _make_data(self) -> None:
-        raise NotImplementedError  # each kind of asset makes its own
+        """Make :attr:`_data`, of the kind of asset's own class."""
 
     def update(self, dt: float) -> None:
         """Forget cached data: the engine's state has changed."""

@@ -113,17 +113,20 @@ class ObjectTermManager(ManagerBase):
     @property
     def has_debug_vis_implementation(self) -> bool:
         """Whether any term draws markers."""
-        return any(term.has_debug_vis_implementation for term in self._terms.values())
+        return any(term.has_debug_vis_implementation for term in self._debug_vis_terms())
 
     def set_debug_vis(self, debug_vis: bool) -> None:
         """Show or hide the markers of every term that has some."""
-        for term in self._terms.values():
+        for term in self._debug_vis_terms():
             term.set_debug_vis(debug_vis)
 
     def update_debug_vis(self) -> None:
         """Move the markers of every term; a viewer calls this once for each frame."""
-        for term in self._terms.values():
+        for term in self._debug_vis_terms():
             term.update_debug_vis()
+
+    def _debug_vis_terms(self) -> list[DebugVisTerm]:
+        return [term for term in self._terms.values() if isinstance(term, DebugVisTerm)]
 
 
 class DebugVisTerm(ManagerTermBase):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from .sensor_base_cfg import SensorBaseCfg
 
 
-class SensorBase:
+class SensorBase(ABC):
     """A sensor reads the engine's state on demand."""
 
     def __init__(self, cfg: SensorBaseCfg):
@@ -26,9 +27,9 @@ class SensorBase:
         self.name = ""
 
     @property
+    @abstractmethod
     def data(self) -> Any:
         """The sensor's readings."""
-        raise NotImplementedError  # each sensor has its own
 
     @property
     def num_instances(self) -> int:

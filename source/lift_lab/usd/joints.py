@@ -64,9 +64,9 @@ def dofs_of(parsed: ParsedStage, joint: Joint) -> list[Dof]:
         angular = joint.kind == "revolute"
         axis = str(desc.axis).rsplit(".", 1)[-1][-1]
         tokens = ("angular", f"rot{axis}") if angular else ("linear", f"trans{axis}")
-        lower, upper = (desc.limit.lower, desc.limit.upper) if desc.limit.enabled else (-math.inf, math.inf)
         drive = desc.drive if desc.drive.enabled else None
-        return [Dof(tokens, angular, unit[AXES[axis]], lower, upper, drive)]
+        # `limit.enabled` asks for both sides to be finite; the values are good either way.
+        return [Dof(tokens, angular, unit[AXES[axis]], desc.limit.lower, desc.limit.upper, drive)]
     if joint.kind == "spherical":
         return [Dof((f"rot{a}",), True, unit[i], -math.inf, math.inf) for a, i in AXES.items()]
     if joint.kind != "d6":
@@ -80,7 +80,7 @@ def dofs_of(parsed: ParsedStage, joint: Joint) -> list[Dof]:
         for a, i in AXES.items():
             token = f"{kind}{a}"
             limit, drive = limits.get(token), drives.get(token)
-            lower, upper = (limit.lower, limit.upper) if limit and limit.enabled else (-math.inf, math.inf)
+            lower, upper = (limit.lower, limit.upper) if limit else (-math.inf, math.inf)
             if lower > upper:
                 continue
             drive = drive if drive and drive.enabled else None

@@ -161,10 +161,11 @@ def _part(parsed: ParsedStage, collider: Collider, unit: Inertial, body: Explici
         unit = Inertial(unit.mass * wall, unit.com, unit.tensor * wall)
     density = own.density or body.density or collider.contact.density or WATER
     mass = own.mass if own.mass is not None else density * unit.mass
+    com = own.com if own.com is not None else unit.com
     tensor = own.tensor
     if tensor is None:
-        tensor = unit.tensor * (mass / unit.mass if unit.mass > 0 else 0.0)
-    return Inertial(mass, own.com if own.com is not None else unit.com, tensor)
+        tensor = unit.tensor * (mass / unit.mass if unit.mass > 0 else 0.0) + mass * _parallel(com - unit.com)
+    return Inertial(mass, com, tensor)
 
 
 def _combine(

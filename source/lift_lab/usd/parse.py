@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Usd, UsdGeom, UsdPhysics, UsdUtils
 
 from lift_lab.usd.report import ImportReport, UsdImportError
 from lift_lab.usd.stage import note_diagnostics
@@ -188,23 +188,18 @@ def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None
             parsed.report.ignore(path, "", "neither side of the joint is a rigid body")
             return None
         raise parsed.fail(prim, "physics:body1", f"both sides of the joint are the body <{body0}>")
-    length = parsed.units.length
-    frames = [
-        Pose.of(position, orientation, length)
-        for position, orientation in (
-            (desc.localPose0Position, desc.localPose0Orientation),
-            (desc.localPose1Position, desc.localPose1Orientation),
-        )
-    ]
-    up = Pose(np.zeros(3), parsed.units.up)
-    # A side without a body is given in the stage's world, which the import turns to Z-up.
-    frame0 = frames[0] if body0 else up @ frames[0]
-    frame1 = frames[1] if body1 else up @ frames[1]
+    frame0 = _frame(parsed, body0, desc.body0, desc.localPose0Position, desc.localPose0Orientation)
+    frame1 = _frame(parsed, body1, desc.body1, desc.localPose1Position, desc.localPose1Orientation)
     if not all(np.isfinite(f.pos).all() and np.isfinite(f.rot).all() for f in (frame0, frame1)):
         raise parsed.fail(prim, "physics:localPos0", "a joint frame is not finite")
     return Joint(path, kind, desc, body0, body1, frame0, frame1, prim)
 
 
-def gf_array(value: Gf.Vec3f) -> np.ndarray:
-    """A Gf vector as float64."""
-    return np.array(value, dtype=float)
+def _frame(parsed: ParsedStage, body: str | None, owner: object, position: object, orientation: object) -> Pose:
+    """Joint frame in its body, or in the Z-up world for a side without one."""
+    frame = Pose.of(position, orientation, parsed.units.length)
+    if body:
+        return frame
+    if owner:  # the parser gives it relative to a static collider
+        return parsed.pose(parsed.prim(owner)) @ frame
+    return Pose(np.zeros(3), parsed.units.up) @ frame

@@ -146,19 +146,19 @@ def _lambda_source(function: Any) -> str:
         if isinstance(node, ast.Lambda) and node.lineno == code.co_firstlineno
     ]
     for text in candidates:
-        compiled = compile(f"({text})", "<lambda>", "eval").co_consts[0]
-        if (compiled.co_code, compiled.co_names) == (code.co_code, code.co_names) and _same_constants(
-            compiled.co_consts, code.co_consts
-        ):
+        outer = compile(f"({text})", "<lambda>", "eval")
+        compiled = next(const for const in outer.co_consts if isinstance(const, types.CodeType))
+        if _identity(compiled) == _identity(code):
             return text
     if not candidates:
         raise ValueError(f"no source for the lambda at {code.co_filename}:{code.co_firstlineno}")
     return candidates[0]
 
 
-def _same_constants(a: tuple, b: tuple) -> bool:
-    plain = [tuple(c for c in consts if not isinstance(c, types.CodeType)) for consts in (a, b)]
-    return plain[0] == plain[1]
+def _identity(code: types.CodeType) -> tuple:
+    """What a piece of code does, without where it stands."""
+    constants = tuple(const for const in code.co_consts if not isinstance(const, types.CodeType))
+    return code.co_code, code.co_names, code.co_varnames, constants
 
 
 ##

@@ -71,7 +71,9 @@ class EluMlp(torch.autograd.Function):
 class PiecewisePPO(PPO):
     """Proximal policy optimization with piecewise gradients (Schulman et al. 2017, arXiv:1707.06347)."""
 
-    def __init__(self, actor: MLPModel, critic: MLPModel, storage: Any, *, num_threads: int | None = None, **kwargs: Any):
+    def __init__(
+        self, actor: MLPModel, critic: MLPModel, storage: Any, *, num_threads: int | None = None, **kwargs: Any
+    ):
         """Build rsl_rl's PPO.
 
         Args:

@@ -104,7 +104,9 @@ class Progress:
         for _ in range(4):
             head.add_column(justify="left")
         head.add_row("iteration", f"{r.iteration}/{r.total_iterations}", "steps", f"{r.total_steps:,}")
-        head.add_row("steps/s", f"{r.steps / seconds:,.0f}", "collect / learn", f"{r.collect_s:.2f} s / {r.learn_s:.2f} s")
+        head.add_row(
+            "steps/s", f"{r.steps / seconds:,.0f}", "collect / learn", f"{r.collect_s:.2f} s / {r.learn_s:.2f} s"
+        )
         elapsed = clock(time.monotonic() - self._start)
         head.add_row("elapsed", elapsed, "time left", clock(self._time_left_s(r)))
         reward = "-" if r.mean_reward is None else f"{r.mean_reward:.2f}"

@@ -112,9 +112,7 @@ class RunLogger(Logger):
         self.ep_extras.clear()
         self._step = 0
 
-    def _scalars(
-        self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None
-    ) -> dict[str, float]:
+    def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}
         tags |= {f"Loss/{key}": value for key, value in losses.items()}
         tags["Loss/learning_rate"] = report.learning_rate

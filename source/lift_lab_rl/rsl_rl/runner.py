@@ -191,7 +191,9 @@ class LiftLabRunner(OnPolicyRunner):
         storage = self.alg.storage
         for group, values in storage.observations.items():
             if torch.isnan(values).any():
-                raise LiftLabError(f"observation group '{group}' contains NaN (iteration {self.current_learning_iteration})")
+                raise LiftLabError(
+                    f"observation group '{group}' contains NaN (iteration {self.current_learning_iteration})"
+                )
         if torch.isnan(storage.rewards).any():
             raise LiftLabError(f"rewards contain NaN (iteration {self.current_learning_iteration})")
 

@@ -34,7 +34,9 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[str] = ("policy",
     cfg = cfg.copy()
     cfg.validate(prefix="agent")
     if cfg.class_name != "OnPolicyRunner":
-        raise ConfigError(f"agent.class_name: there is no runner '{cfg.class_name}'; {suggest(cfg.class_name, ['OnPolicyRunner'])}")
+        raise ConfigError(
+            f"agent.class_name: there is no runner '{cfg.class_name}'; {suggest(cfg.class_name, ['OnPolicyRunner'])}"
+        )
     plain = cfg.to_dict()
     plain.pop("policy")
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
@@ -48,7 +50,9 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[str] = ("policy",
 def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tuple[dict[str, Any], dict[str, Any]]:
     names = {"ActorCritic": "MLPModel", "ActorCriticRecurrent": "RNNModel"}
     if policy.class_name not in names:
-        raise ConfigError(f"agent.policy.class_name: no networks '{policy.class_name}'; {suggest(policy.class_name, names)}")
+        raise ConfigError(
+            f"agent.policy.class_name: no networks '{policy.class_name}'; {suggest(policy.class_name, names)}"
+        )
     common: dict[str, Any] = {"class_name": names[policy.class_name], "activation": policy.activation}
     if isinstance(policy, RslRlPpoActorCriticRecurrentCfg):
         common |= {key: getattr(policy, key) for key in ("rnn_type", "rnn_hidden_dim", "rnn_num_layers")}
@@ -83,7 +87,9 @@ def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, lis
     for key, value in resolved.items():
         for name in value:
             if name not in names:
-                raise ConfigError(f"agent.obs_groups.{key}: the environment has no observation group '{name}'; {suggest(name, names)}")
+                raise ConfigError(
+                    f"agent.obs_groups.{key}: the environment has no observation group '{name}'; {suggest(name, names)}"
+                )
     return resolved
 
 
@@ -97,6 +103,8 @@ def _logger(cfg: RslRlOnPolicyRunnerCfg) -> str | dict[str, Any]:
     if cfg.logger == "tensorboard":
         return "tensorboard"
     if cfg.logger not in _LOG_WRITERS:
-        raise ConfigError(f"agent.logger: no logger '{cfg.logger}'; {suggest(cfg.logger, ['tensorboard', *_LOG_WRITERS])}")
+        raise ConfigError(
+            f"agent.logger: no logger '{cfg.logger}'; {suggest(cfg.logger, ['tensorboard', *_LOG_WRITERS])}"
+        )
     class_name, project = _LOG_WRITERS[cfg.logger]
     return {"class_name": class_name, "project_name": getattr(cfg, project)}

@@ -140,7 +140,9 @@ def _parse(text: str) -> Override:
     try:
         override = OverridesParser.create().parse_override(text)
     except HydraException as error:
-        raise ConfigError(f"cannot read the override '{text}': {_first_line(error)}; quote values with special characters") from error
+        raise ConfigError(
+            f"cannot read the override '{text}': {_first_line(error)}; quote values with special characters"
+        ) from error
     if override.is_sweep_override():
         raise ConfigError(f"override '{text}': sweeps are not supported; run once for each value")
     if key.lstrip("+~").split(".")[0] == "hydra":

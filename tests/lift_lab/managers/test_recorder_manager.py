@@ -202,3 +202,4 @@ def test_terms_need_a_recorder_config(env):
 
 def test_the_table_lists_the_terms(make):
     assert "silent" in str(make())
+    assert not make().has_debug_vis_implementation

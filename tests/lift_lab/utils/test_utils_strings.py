@@ -90,6 +90,8 @@ def test_a_lambda_becomes_its_source_even_beside_another():
     assert string_utils.callable_to_string(first) == "lambda x: x + 1"
     assert string_utils.callable_to_string(second) == "lambda x: (x, 2)[0] * 3"
     assert string_utils.string_to_callable("lambda x: (x, 2)[0] * 3")(2) == 6
+    with_default = [lambda x=1: x, lambda y=2: y]
+    assert [string_utils.callable_to_string(f) for f in with_default] == ["lambda x=1: x", "lambda y=2: y"]
     text = string_utils.callable_to_string(multi_line[0])
     assert eval(f"({text})")(7) == 2
 

@@ -24,6 +24,10 @@ class Camera(SensorBase):
         """
         raise ConfigError(f"'{cfg.prim_path}': image sensors are not simulated; remove the camera from the scene")
 
+    @property
+    def data(self) -> None:
+        """There is none."""
+
 
 class TiledCamera(Camera):
     """A type for configs; making one raises."""

@@ -20,6 +20,10 @@ class ContactSensor(SensorBase):
         """
         raise ConfigError(f"'{cfg.prim_path}': contact sensors are not simulated; remove ContactSensorCfg")
 
+    @property
+    def data(self) -> None:
+        """There is none."""
+
 
 @configclass
 class ContactSensorCfg(SensorBaseCfg):

@@ -135,7 +135,7 @@ class Physics(ABC):
         self.num_envs = num_envs
         self.device = device
         self._shapes = mujoco.MjData(self.model)
-        self._dof_chains: dict[int, torch.Tensor] = {}
+        self._moving_dofs = _moving_dofs(self.model).to(device)
 
     @abstractmethod
     def field(self, name: str) -> torch.Tensor:
@@ -228,21 +228,23 @@ class Physics(ABC):
         """
         if not 0 <= body_id < self.model.nbody:
             raise NotFoundError(f"body id {body_id} is not in [0, {self.model.nbody})")
-        if body_id not in self._dof_chains:
-            chain = torch.zeros(self.model.nv, 1, device=self.device)
-            body = body_id
-            while body:
-                start = self.model.body_dofadr[body]
-                if start >= 0:
-                    chain[start : start + self.model.body_dofnum[body]] = 1.0
-                body = self.model.body_parentid[body]
-            self._dof_chains[body_id] = chain
-        axes = self.field("cdof") * self._dof_chains[body_id]
+        axes = self.field("cdof") * self._moving_dofs[body_id].unsqueeze(-1)
         angular, linear = axes[..., :3], axes[..., 3:]
         root_com = self.field("subtree_com")[:, self.model.body_rootid[body_id]]
         arm = (self.field("xpos")[:, body_id] - root_com).unsqueeze(1)
         linear = linear + torch.linalg.cross(angular, arm.expand_as(angular))
         return torch.cat((linear, angular), dim=-1).transpose(1, 2)
+
+    def com_acc(self) -> torch.Tensor:
+        """Accelerations of all bodies without gravity's share, (num_envs, nbody, 6), rows (angular, linear).
+
+        MuJoCo's `cacc` less that of the world, for a model with or without sensors: world frame, linear part at the
+        centre of mass of the tree. From the current motion axes and `qacc`, which after step() belongs to the last
+        substep.
+        """
+        qvel, qacc = self.field("qvel").unsqueeze(-1), self.field("qacc").unsqueeze(-1)
+        of_dofs = self.field("cdof_dot") * qvel + self.field("cdof") * qacc
+        return torch.einsum("bv,nvk->nbk", self._moving_dofs, of_dofs)
 
     # -- shared by the engines
 
@@ -306,6 +308,17 @@ def broadcast_rows(name: str, values: torch.Tensor, rows: int, cols: int) -> tor
     except RuntimeError as error:
         shape = tuple(values.shape)
         raise ConfigError(f"cannot write '{name}': values of shape {shape} do not fit ({rows}, {cols})") from error
+
+
+def _moving_dofs(model: mujoco.MjModel) -> torch.Tensor:
+    """Which dofs move which bodies, (nbody, nv) of ones and zeros: a body's own and those of its ancestors."""
+    moving = torch.zeros(model.nbody, model.nv)
+    for body in range(1, model.nbody):  # a parent comes before its children
+        moving[body] = moving[model.body_parentid[body]]
+        start, count = model.body_dofadr[body], model.body_dofnum[body]
+        if count:
+            moving[body, start : start + count] = 1.0
+    return moving
 
 
 def _own_copy(model: mujoco.MjModel) -> mujoco.MjModel:

@@ -372,8 +372,7 @@ class WarpPhysics(Physics):
         """Launch kernels as a graph, captured the first time `key` is seen."""
         if not self._use_graphs:
             with self._on_torch_stream():
-                kernels()
-            return
+                return kernels()
         if key not in self._graphs:
             self._graphs[key] = self._capture(kernels)
         stream = wp.stream_from_torch(self.device) if self._wp_device.is_cuda else None

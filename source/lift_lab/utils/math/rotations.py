@@ -36,17 +36,11 @@ def quat_inv(q: torch.Tensor, eps: float = 1e-9) -> torch.Tensor:
 
 def quat_mul(q1: torch.Tensor, q2: torch.Tensor) -> torch.Tensor:
     """Hamilton product: the rotation ``q2`` followed by ``q1``. Shapes (..., 4) broadcast."""
-    w1, x1, y1, z1 = q1.unbind(-1)
-    w2, x2, y2, z2 = q2.unbind(-1)
-    return torch.stack(
-        (
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        ),
-        dim=-1,
-    )
+    q1, q2 = torch.broadcast_tensors(q1, q2)
+    w1, v1, w2, v2 = q1[..., :1], q1[..., 1:], q2[..., :1], q2[..., 1:]
+    real = w1 * w2 - (v1 * v2).sum(dim=-1, keepdim=True)
+    imaginary = torch.addcmul(torch.linalg.cross(v1, v2), w1, v2).addcmul_(w2, v1)
+    return torch.cat((real, imaginary), dim=-1)
 
 
 def quat_apply(quat: torch.Tensor, vec: torch.Tensor) -> torch.Tensor:

@@ -56,6 +56,19 @@ def test_body_jacobian_is_that_of_mujoco(physics: Physics, model: mujoco.MjModel
         np.testing.assert_allclose(physics.jac_body(body)[1].cpu(), expected, atol=1e-6)
 
 
+def test_body_accelerations_are_those_of_mujoco_less_gravity(physics: Physics, model: mujoco.MjModel):
+    qpos, qvel = random_state(model, 11)
+    physics.write("qpos", torch.tensor(qpos))
+    physics.write("qvel", torch.tensor(qvel))
+    physics.write("qfrc_applied", 1.0)
+    physics.com_acc()
+    physics.forward()
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.qfrc_applied[:] = qpos, qvel, 1.0
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(physics.com_acc()[2].cpu(), data.cacc - data.cacc[0], rtol=1e-3, atol=1e-3)
+
+
 def test_a_write_names_environments_and_columns(physics: Physics):
     qpos = physics.field("qpos")
     before = qpos.clone()

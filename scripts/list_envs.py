@@ -1,0 +1,40 @@
+"""List the registered tasks.
+
+python scripts/list_envs.py [--keyword TEXT]
+"""
+
+from __future__ import annotations
+
+from lift_lab.app import cli
+
+
+def main() -> int:
+    parser = cli.Parser(__doc__, overrides=False)
+    parser.add_argument("--keyword", type=str, default=None, help="show only ids that contain this, in any case")
+    args, _ = parser.parse()
+
+    from rich.console import Console
+    from rich.table import Table
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab.utils.errors import NotFoundError, suggest
+    from lift_lab_tasks.utils import registered_tasks, task_kwargs
+
+    names = [n for n in registered_tasks() if args.keyword is None or args.keyword.lower() in n.lower()]
+    if not names:
+        raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', registered_tasks())}")
+    table = Table("task", "environment", "agents", title="Tasks", title_justify="left")
+    for name in names:
+        kwargs = task_kwargs(name)
+        agents = [
+            k.removesuffix("_cfg_entry_point") for k in kwargs if k.endswith("_cfg_entry_point") and k[:4] != "env_"
+        ]
+        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents))
+    console = Console()
+    # A table that is piped into another program is not cut to the width of a terminal.
+    console.print(table) if console.is_terminal else Console(width=200).print(table)
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

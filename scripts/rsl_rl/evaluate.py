@@ -1,0 +1,95 @@
+"""Measure a trained policy: success rate, reward and time to success over whole episodes.
+
+python scripts/rsl_rl/evaluate.py --task Lift-Cube-Franka [--checkpoint PATH|latest|best] --episodes 100 [--json FILE]
+
+The policy acts without noise. Every environment runs whole episodes, and all count alike: see lift_lab_rl.evaluation.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from cli_args import make_parser, positive
+
+from lift_lab.app import AppLauncher, cli
+
+MOST_ENVS = 1024
+"""Environments that run at once, unless --num_envs says otherwise."""
+
+
+def parse():
+    parser = make_parser(__doc__)
+    parser.add_argument("--checkpoint", type=str, default=None, help="path, latest (default), best, or a file name")
+    parser.add_argument(
+        "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
+    )
+    parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
+    parser.add_argument("--json", type=Path, default=None, help="file for the results")
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+
+    import gymnasium as gym
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.evaluation import add_success_probe, evaluate
+    from lift_lab_rl.files import write_atomically
+    from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_tasks.utils import runs, task_kwargs
+    from lift_lab_tasks.utils.hydra import compose, names_path
+
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    if args.experiment_name is not None:
+        agent_cfg.experiment_name = args.experiment_name
+    if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
+        args.num_envs = min(args.episodes, MOST_ENVS)
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
+        runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
+        runner.load(str(checkpoint), load_cfg={"actor": True, "critic": True})
+        # Again from the start, now with the curriculum where the checkpoint left it.
+        wrapped.seed(agent_cfg.seed)
+        wrapped.reset()
+        result = evaluate(wrapped, runner.get_inference_policy(device=agent_cfg.device), args.episodes)
+    finally:
+        env.close()
+        launcher.app.close()
+    summary = result.summary()
+    show(args.task, checkpoint, summary)
+    if args.json is not None:
+        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": agent_cfg.seed, **summary}
+        write_atomically(args.json, (json.dumps(content, indent=2) + "\n").encode())
+        print(f"written: {args.json}")
+    return 0
+
+
+def show(task: str, checkpoint: Path, summary: dict) -> None:
+    """Print the results as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("measure", "value", title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
+    for count, rate in summary["success"].items():
+        table.add_row(f"success, first {count} episodes", f"{round(rate * int(count))} of {count} ({rate:.1%})")
+    table.add_row("reward, mean ± deviation", f"{summary['reward_mean']:.2f} ± {summary['reward_std']:.2f}")
+    table.add_row("reward, least / most", f"{summary['reward_min']:.2f} / {summary['reward_max']:.2f}")
+    seconds = summary["time_to_success_s"]
+    table.add_row("time to success, mean", "-" if seconds is None else f"{seconds:.2f} s")
+    table.add_row("episode length, mean", f"{summary['length_mean']:.1f} steps")
+    table.add_row("episodes ended by", ", ".join(f"{name} {count}" for name, count in summary["ends"].items()))
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    cli.run(main)

@@ -1,0 +1,104 @@
+"""Run a trained policy, and export it.
+
+python scripts/rsl_rl/play.py --task Lift-Cube-Franka-Play [--checkpoint PATH|latest|best] [--video] [overrides]
+
+Takes the newest checkpoint of the newest run unless told otherwise. Writes exported/policy.pt (TorchScript) and
+exported/policy.onnx beside it, both checked against the policy, and with --video an mp4.
+"""
+
+from __future__ import annotations
+
+import os
+
+from cli_args import make_parser, positive
+
+from lift_lab.app import AppLauncher, cli
+
+
+def parse():
+    parser = make_parser(__doc__)
+    parser.add_argument("--checkpoint", type=str, default=None, help="path, latest (default), best, or a file name")
+    parser.add_argument(
+        "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
+    )
+    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
+    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+    if args.video:
+        os.environ.setdefault("MUJOCO_GL", "egl")
+
+    import gymnasium as gym
+    import torch
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.rsl_rl import (
+        LiftLabRunner,
+        RslRlVecEnvWrapper,
+        export_policy_as_jit,
+        export_policy_as_onnx,
+        to_rsl_rl,
+    )
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_tasks.utils import runs
+    from lift_lab_tasks.utils.hydra import compose, names_path
+
+    if args.video:
+        require_video()
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    if args.experiment_name is not None:
+        agent_cfg.experiment_name = args.experiment_name
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = gym.make(args.task, cfg=env_cfg, render_mode="rgb_array" if args.video else None)
+    try:
+        steps = args.steps or env.unwrapped.max_episode_length
+        if args.video:
+            folder = checkpoint.parent / "videos" / "play"
+            env = RecordVideo(env, folder, interval=1 << 60, length=steps, prefix=checkpoint.stem)
+        wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
+        runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
+        runner.load(str(checkpoint), load_cfg={"actor": True, "critic": True})
+        print(f"policy: {checkpoint}")
+        network = runner.alg.get_policy()
+        exported = checkpoint.parent / "exported"
+        print(f"exported: {export_policy_as_jit(network, None, exported)}")
+        print(f"exported: {export_policy_as_onnx(network, exported)}")
+
+        policy = runner.get_inference_policy(device=agent_cfg.device)
+        obs, _ = wrapped.reset()
+        ended, total = 0, torch.zeros(wrapped.num_envs, device=wrapped.device)
+        logs: dict[str, list[tuple[float, int]]] = {}
+        with torch.inference_mode():
+            for _ in range(steps):
+                obs, rewards, dones, extras = wrapped.step(policy(obs).to(wrapped.device))
+                policy.reset(dones)
+                total += rewards
+                count = int(dones.sum())
+                ended += count
+                if count:
+                    for key, value in extras["log"].items():
+                        logs.setdefault(key, []).append((float(value), count))
+        print(f"{steps} steps of {wrapped.num_envs} environments, {ended} episodes ended")
+        print(f"mean reward: {total.mean().item() / (steps * wrapped.unwrapped.step_dt):.3f} per second")
+        for key, values in logs.items():
+            mean = sum(value * weight for value, weight in values) / sum(weight for _, weight in values)
+            print(f"{key}: {mean:.4f}")
+    finally:
+        env.close()
+        launcher.app.close()
+    if args.video:
+        for path in env.files:  # type: ignore[attr-defined]
+            print(f"video: {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

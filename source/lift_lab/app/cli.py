@@ -1,0 +1,83 @@
+"""What the scripts share: arguments with overrides behind them, and errors in one line.
+
+A user's mistake ends a script with one line on standard error and exit status 2; anything else is a bug and keeps its
+traceback.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+
+USAGE_ERROR = 2
+"""Exit status after a user's mistake."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line, and that takes ``key=value`` overrides after its flags."""
+
+    def __init__(self, description: str | None, overrides: bool = True):
+        """Make an empty parser.
+
+        Args:
+            description: what the script does.
+            overrides: whether the script takes overrides.
+        """
+        epilog = (
+            "Everything else is an override of the task's configuration in hydra's grammar, e.g. "
+            "env.rewards.lifting_object.weight=20 env.curriculum.joint_vel=null agent.algorithm.gamma=0.98"
+        )
+        first = (description or "").strip().partition("\n\n")[0]
+        super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
+        self.takes_overrides = overrides
+
+    def parse(self, argv: Sequence[str] | None = None) -> tuple[argparse.Namespace, list[str]]:
+        """Flags and overrides.
+
+        Args:
+            argv: arguments; None for the process's.
+
+        Returns:
+            The flags, and the overrides as they were written.
+        """
+        args, rest = self.parse_known_args(argv)
+        flags = [text for text in rest if text.startswith("-")]
+        if flags:
+            self.error(f"unknown flag '{flags[0]}'; {self._nearest_flag(flags[0])}")
+        if rest and not self.takes_overrides:
+            self.error(f"unexpected argument '{rest[0]}'")
+        return args, rest
+
+    def error(self, message: str) -> None:  # type: ignore[override]
+        """Print one line and exit."""
+        print(f"error: {message}", file=sys.stderr)
+        raise SystemExit(USAGE_ERROR)
+
+    def _nearest_flag(self, flag: str) -> str:
+        known = [option for action in self._actions for option in action.option_strings]
+        near = get_close_matches(flag.partition("=")[0], known, n=3, cutoff=0.6)
+        return f"did you mean {', '.join(near)}?" if near else "--help lists all"
+
+
+def run(main: Callable[[], int | None]) -> None:
+    """Run a script's main function and exit.
+
+    Args:
+        main: returns the exit status, None for 0.
+    """
+    try:
+        status = main() or 0
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        status = 130
+    except Exception as error:
+        from lift_lab.utils.errors import LiftLabError
+
+        if not isinstance(error, LiftLabError):
+            raise
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        status = USAGE_ERROR
+    sys.stdout.flush()
+    raise SystemExit(status)

@@ -1,0 +1,189 @@
+"""How good is a policy: whole episodes from the task's own reset distribution, counted without favour.
+
+Every environment runs the same number of whole episodes, and they are counted in a fixed order (all first episodes by
+environment, then all second ones). Taking the first episodes to *finish* instead would favour short ones.
+
+What counts as success is the task's: it is registered with ``"success": "module:function"`` or
+``"success": {"func": "module:function", "params": {...}}`` where ``function(env, **params)`` tells it for the state just
+reached, shape (num_envs,); or it has a termination term called ``success``. It is looked at after every step of an
+episode, the last included, before the environment is reset.
+"""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import torch
+
+from lift_lab.managers import ManagerTermBase, SceneEntityCfg, TerminationTermCfg
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.string import string_to_callable
+
+PROBE = "evaluation_probe"
+"""Name of the termination term that watches for success and ends nothing."""
+
+
+class SuccessProbe(ManagerTermBase):
+    """A termination term that never ends an episode and notes when success was first seen."""
+
+    def __init__(self, cfg: Any, env: Any):
+        super().__init__(cfg, env)
+        self.first_step = torch.zeros(env.num_envs, dtype=torch.long, device=env.device)
+        """Step of the episode at which it first succeeded, 0 for not yet; shape (num_envs,)."""
+        self._never = torch.zeros(env.num_envs, dtype=torch.bool, device=env.device)
+
+    def __call__(self, env: Any, success: Any, success_params: dict[str, Any]) -> torch.Tensor:
+        """Look at the state just reached."""
+        now = success(env, **success_params)
+        self.first_step = torch.where(now & (self.first_step == 0), env.episode_length_buf, self.first_step)
+        return self._never
+
+
+@dataclass
+class Episode:
+    """One whole episode."""
+
+    reward: float
+    """Sum of rewards."""
+    length: int
+    """Steps."""
+    success_step: int
+    """Step of the first success, 0 for none."""
+    end: str
+    """Name of the termination term that ended it."""
+
+
+@dataclass
+class Evaluation:
+    """Whole episodes in their fixed order."""
+
+    step_dt_s: float
+    """Environment step in s."""
+    episodes: list[Episode] = field(default_factory=list)
+
+    def success_rate(self, count: int | None = None) -> float:
+        """Share of the first ``count`` episodes (None: of all) that succeeded at any step."""
+        chosen = self.episodes[:count]
+        return sum(episode.success_step > 0 for episode in chosen) / len(chosen)
+
+    def rates(self) -> dict[int, float]:
+        """Success rate over the first 10, 50, 100, 500, ... episodes, and over all."""
+        return {count: self.success_rate(count) for count in milestones(len(self.episodes))}
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of a report, as plain values."""
+        rewards = torch.tensor([episode.reward for episode in self.episodes], dtype=torch.float64)
+        lengths = [episode.length for episode in self.episodes]
+        times = [episode.success_step * self.step_dt_s for episode in self.episodes if episode.success_step]
+        ends: dict[str, int] = {}
+        for episode in self.episodes:
+            ends[episode.end] = ends.get(episode.end, 0) + 1
+        return {
+            "episodes": len(self.episodes),
+            "success": {str(count): rate for count, rate in self.rates().items()},
+            "reward_mean": rewards.mean().item(),
+            "reward_std": rewards.std(correction=0).item(),
+            "reward_min": rewards.min().item(),
+            "reward_max": rewards.max().item(),
+            "length_mean": sum(lengths) / len(lengths),
+            "time_to_success_s": sum(times) / len(times) if times else None,
+            "ends": ends,
+        }
+
+
+def milestones(total: int) -> list[int]:
+    """10, 50, 100, 500, 1000, ... below ``total``, and ``total``."""
+    steps = []
+    scale = 10
+    while scale < total:
+        steps += [count for count in (scale, 5 * scale) if count < total]
+        scale *= 10
+    return [*steps, total]
+
+
+def add_success_probe(env_cfg: Any, success: Any) -> None:
+    """Make an environment configuration watch for success.
+
+    Args:
+        env_cfg: gets one more termination term, which ends nothing.
+        success: what the task was registered with under ``success``; None to use its termination term ``success``.
+
+    Raises:
+        ConfigError: the task does not say what success is.
+    """
+    term = _term(env_cfg.terminations, "success")
+    if success is None and term is None:
+        raise ConfigError(
+            "this task does not say what success is: register it with success='module:function', or give it a "
+            "termination term 'success'"
+        )
+    if success is None:
+        func, params = term.func, dict(term.params)
+    elif isinstance(success, dict):
+        func, params = success["func"], dict(success.get("params", {}))
+    else:
+        func, params = success, {}
+    if isinstance(func, str):
+        func = string_to_callable(func)
+    if inspect.isclass(func):
+        raise ConfigError(f"success has to be a function of (env, ...), not the class '{func.__name__}'")
+    for argument in inspect.signature(func).parameters.values():
+        if isinstance(argument.default, SceneEntityCfg):  # names in defaults are resolved like those in params
+            params.setdefault(argument.name, copy.deepcopy(argument.default))
+    probe = TerminationTermCfg(func=SuccessProbe, params={"success": func, "success_params": params})
+    if isinstance(env_cfg.terminations, dict):
+        env_cfg.terminations[PROBE] = probe
+    else:
+        setattr(env_cfg.terminations, PROBE, probe)
+
+
+def _term(terms: Any, name: str) -> Any:
+    return terms.get(name) if isinstance(terms, dict) else getattr(terms, name, None)
+
+
+def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
+    """Run a policy for whole episodes.
+
+    Args:
+        env: wrapped environment, freshly reset, whose configuration went through :func:`add_success_probe`.
+        policy: maps observations to actions.
+        episodes: how many episodes to count.
+
+    Returns:
+        The episodes in their fixed order.
+    """
+    inner = env.unwrapped
+    probe: SuccessProbe = inner.termination_manager.get_term_cfg(PROBE).func
+    names = [name for name in inner.termination_manager.active_terms if name != PROBE]
+    rounds = math.ceil(episodes / env.num_envs)
+    finished: list[list[Episode]] = [[] for _ in range(env.num_envs)]
+    returns = torch.zeros(env.num_envs, dtype=torch.float64, device=env.device)
+    lengths = torch.zeros(env.num_envs, dtype=torch.long, device=env.device)
+    obs = env.get_observations()
+    left = env.num_envs * rounds
+    with torch.inference_mode():
+        while left:
+            obs, rewards, dones, _ = env.step(policy(obs))
+            returns += rewards
+            lengths += 1
+            ids = dones.nonzero().flatten()
+            if not len(ids):
+                continue
+            ends = [inner.termination_manager.get_term(name)[ids].tolist() for name in names]
+            rows = zip(
+                ids.tolist(), returns[ids].tolist(), lengths[ids].tolist(), probe.first_step[ids].tolist(), strict=True
+            )
+            for k, (env_id, total, length, step) in enumerate(rows):
+                if len(finished[env_id]) < rounds:
+                    end = next((name for name, flags in zip(names, ends, strict=True) if flags[k]), "physics failure")
+                    finished[env_id].append(Episode(total, length, step, end))
+                    left -= 1
+            returns[ids] = 0.0
+            lengths[ids] = 0
+            probe.first_step[ids] = 0
+    ordered = [finished[env_id][k] for k in range(rounds) for env_id in range(env.num_envs)]
+    return Evaluation(inner.step_dt, ordered[:episodes])

@@ -1,0 +1,129 @@
+"""Folders of training runs, the checkpoints in them, and settings that come from a script's flags."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+import time
+from pathlib import Path
+from typing import Any
+
+from lift_lab.utils import class_to_dict
+from lift_lab.utils.errors import FileError, suggest
+
+from .parse_cfg import get_checkpoint_path, num_envs_for_device
+
+LOG_ROOT = Path("logs") / "rsl_rl"
+"""Where runs go, below the current directory."""
+
+CHECKPOINT = r"model_\d+\.pt"
+"""Files that a run writes as it goes."""
+
+BEST = "model_best.pt"
+"""The file of the best policy of a run."""
+
+_NO_MATTER = {
+    "agent": ["max_iterations", "save_interval", "keep_resume_states", "resume", "load_run", "load_checkpoint", "run_name", "experiment_name", "logger", "wandb_project", "neptune_project", "num_threads", "success_metric", "check_for_nan"],
+    "env": ["viewer", "log_dir"],
+}
+"""Settings in which a continued run may differ from the one it continues."""
+
+
+def experiment_dir(agent_cfg: Any) -> Path:
+    """Folder of an experiment's runs."""
+    return (LOG_ROOT / agent_cfg.experiment_name).absolute()
+
+
+def new_run_dir(agent_cfg: Any) -> Path:
+    """A folder name for a run that starts now: time, then the run's name. Not made yet."""
+    name = time.strftime("%Y-%m-%d_%H-%M-%S")
+    if agent_cfg.run_name:
+        name += f"_{agent_cfg.run_name}"
+    folder = experiment_dir(agent_cfg) / name
+    number = 1
+    while folder.exists():
+        number += 1
+        folder = folder.with_name(f"{name}-{number}")
+    return folder
+
+
+def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None) -> Path:
+    """The checkpoint that a user means.
+
+    Args:
+        agent_cfg: agent configuration, for the experiment's folder.
+        wanted: path of a file or of a run's folder, ``latest`` (or None), ``best``, or a regular expression of file
+            names.
+        run: regular expression of the run's folder name; None for all.
+
+    Raises:
+        FileError: there is none; names the nearest.
+    """
+    folder = experiment_dir(agent_cfg)
+    run = run or ".*"
+    if wanted in (None, "", "latest"):
+        return Path(get_checkpoint_path(folder, run, CHECKPOINT))
+    if wanted == "best":
+        return Path(get_checkpoint_path(folder, run, BEST.replace(".", r"\.")))
+    path = Path(wanted)
+    if path.is_file():
+        return path.absolute()
+    if path.is_dir():
+        return Path(get_checkpoint_path(path.absolute().parent, path.name, CHECKPOINT))
+    if path.parent != Path("."):
+        near = path.parent
+        while not near.is_dir():
+            near = near.parent
+        names = [str(entry.name) for entry in near.iterdir() if entry.is_dir() or entry.suffix == ".pt"]
+        missing = path.relative_to(near).parts[0]
+        raise FileError(f"no checkpoint '{wanted}': '{near}' has no '{missing}'; {suggest(missing, names)}")
+    return Path(get_checkpoint_path(folder, run, wanted))
+
+
+def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, num_envs_overridden: bool) -> None:
+    """Write the flags that all scripts share into the configurations.
+
+    Args:
+        env_cfg: environment configuration.
+        agent_cfg: agent configuration; may be None.
+        args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``; those that are missing or None change nothing.
+        task: id of the task.
+        num_envs_overridden: whether an override set the number of environments.
+    """
+    from lift_lab.sim.simulation_context import resolve_device
+
+    if getattr(args, "device", None):
+        env_cfg.sim.device = args.device
+    env_cfg.sim.device = resolve_device(env_cfg.sim.device)
+    if getattr(args, "num_envs", None) is not None:
+        env_cfg.scene.num_envs = args.num_envs
+    elif not num_envs_overridden:
+        env_cfg.scene.num_envs = num_envs_for_device(task, env_cfg)
+    if getattr(args, "num_threads", None) is not None:
+        env_cfg.sim.num_threads = args.num_threads
+    seed = getattr(args, "seed", None)
+    if seed == -1:
+        seed = random.randint(0, 10_000)
+    if agent_cfg is None:
+        env_cfg.seed = seed if seed is not None else env_cfg.seed
+        return
+    if seed is not None:
+        agent_cfg.seed = seed
+    env_cfg.seed = agent_cfg.seed
+    if getattr(args, "num_threads", None) is not None:
+        agent_cfg.num_threads = args.num_threads
+    agent_cfg.device = (
+        env_cfg.sim.device if agent_cfg.device == "auto" or getattr(args, "device", None) else agent_cfg.device
+    )
+
+
+def fingerprint(env_cfg: Any, agent_cfg: Any) -> str:
+    """Digest of everything in the configurations that a result depends on."""
+    plain = {"env": class_to_dict(env_cfg), "agent": class_to_dict(agent_cfg)}
+    for part, names in _NO_MATTER.items():
+        for name in names:
+            plain[part].pop(name, None)
+    plain["env"]["sim"].pop("num_threads", None)
+    text = json.dumps(plain, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,261 @@
+"""Command terms: where they are drawn from, in which frame, and what they log."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+import lift_lab.envs.mdp as mdp
+from lift_lab.utils.errors import ConfigError
+
+NUM_ENVS = 400
+
+
+def _random_quats(count: int, seed: int) -> torch.Tensor:
+    xyzw = Rotation.random(count, random_state=seed).as_quat()
+    return torch.tensor(xyzw[:, [3, 0, 1, 2]], dtype=torch.float32)
+
+
+def _rotation(wxyz: torch.Tensor) -> Rotation:
+    return Rotation.from_quat(wxyz[:, [1, 2, 3, 0]].double().numpy())
+
+
+class _Robot:
+    """A robot whose root and one other body stand anywhere."""
+
+    is_fixed_base = True
+
+    def __init__(self):
+        torch.manual_seed(5)
+        yaw = torch.rand(NUM_ENVS) * 6 - 3
+        zero = torch.zeros(NUM_ENVS)
+        self.data = SimpleNamespace(
+            root_pos_w=torch.randn(NUM_ENVS, 3),
+            root_quat_w=_random_quats(NUM_ENVS, 1),
+            body_pos_w=torch.randn(NUM_ENVS, 2, 3),
+            body_quat_w=torch.stack((_random_quats(NUM_ENVS, 2), _random_quats(NUM_ENVS, 3)), dim=1),
+            root_lin_vel_b=torch.tensor([[1.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1),
+            root_ang_vel_b=torch.tensor([[0.0, 0.0, 0.5]]).repeat(NUM_ENVS, 1),
+            default_root_state=torch.tensor([[0.0, 0.0, 0.6] + [0.0] * 10]).repeat(NUM_ENVS, 1),
+            heading_w=yaw,
+        )
+        self.yaw_quat = torch.stack((torch.cos(yaw / 2), zero, zero, torch.sin(yaw / 2)), dim=-1)
+
+    def find_bodies(self, name):
+        return {"hand": ([1], ["hand"]), ".*": ([0, 1], ["base", "hand"])}[name]
+
+
+@pytest.fixture
+def env():
+    origins = torch.arange(NUM_ENVS)[:, None] * torch.tensor([3.0, 0.0, 0.0])
+
+    class _Scene(dict):
+        env_origins = origins
+
+    return SimpleNamespace(num_envs=NUM_ENVS, device="cpu", step_dt=0.02, scene=_Scene(robot=_Robot()))
+
+
+def _pose_cfg(**kwargs) -> mdp.UniformPoseCommandCfg:
+    ranges = mdp.UniformPoseCommandCfg.Ranges(
+        pos_x=(0.4, 0.6), pos_y=(-0.25, 0.25), pos_z=(0.25, 0.5), roll=(-0.5, 0.5), pitch=(3.1, 3.2), yaw=(-3.0, 3.0)
+    )
+    return mdp.UniformPoseCommandCfg(
+        asset_name="robot", body_name="hand", resampling_time_range=(4.0, 5.0), ranges=ranges, **kwargs
+    )
+
+
+def test_poses_fill_their_ranges_in_the_root_frame(env):
+    command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    command.reset()
+    position = command.command[:, :3]
+    low, high = torch.tensor([0.4, -0.25, 0.25]), torch.tensor([0.6, 0.25, 0.5])
+    assert ((position >= low) & (position <= high)).all()
+    torch.testing.assert_close(position.mean(0), (low + high) / 2, atol=0.03, rtol=0)
+    torch.testing.assert_close(position.std(0), (high - low) / math.sqrt(12), atol=0.02, rtol=0)
+    yaw_pitch_roll = torch.tensor(_rotation(command.command[:, 3:]).as_euler("ZYX"))
+    # a pitch of more than 90 degrees reads as another triple: undo it
+    yaw, pitch, roll = yaw_pitch_roll.unbind(1)
+    flipped = torch.stack((torch.pi - pitch, torch.remainder(roll + 2 * torch.pi, 2 * torch.pi) - torch.pi), dim=-1)
+    assert flipped[:, 0].min() > 3.1 - 1e-3
+    assert flipped[:, 0].max() < 3.2 + 1e-3
+    assert flipped[:, 1].abs().max() < 0.5 + 1e-3
+    assert yaw.std() > 1.0
+    assert ((command.time_left >= 4.0) & (command.time_left <= 5.0)).all()
+
+
+def test_a_unique_quaternion_has_a_positive_real_part(env):
+    command = mdp.UniformPoseCommand(_pose_cfg(make_quat_unique=True), env)
+    command.reset()
+    assert (command.command[:, 3] >= 0).all()
+    loose = mdp.UniformPoseCommand(_pose_cfg(), env)
+    loose.reset()
+    assert (loose.command[:, 3] < 0).any()
+
+
+@pytest.mark.parametrize("fixed_base", [True, False])
+def test_pose_metrics_are_the_distance_and_angle_to_the_body(env, fixed_base):
+    robot = env.scene["robot"]
+    robot.is_fixed_base = fixed_base
+    command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    command.reset()
+    if not fixed_base:
+        robot.data.root_pos_w = robot.data.root_pos_w + 0.3
+        robot.data.root_quat_w = _random_quats(NUM_ENVS, 9)
+    command.compute(0.02)
+    root, wanted_b = _rotation(robot.data.root_quat_w), command.command
+    wanted_pos = torch.tensor(root.apply(wanted_b[:, :3].double().numpy())) + robot.data.root_pos_w
+    distance = (wanted_pos - robot.data.body_pos_w[:, 1]).norm(dim=1)
+    between = (root * _rotation(wanted_b[:, 3:])).inv() * _rotation(robot.data.body_quat_w[:, 1])
+    angle = torch.tensor(between.magnitude())
+    torch.testing.assert_close(command.metrics["position_error"].double(), distance, atol=1e-5, rtol=0)
+    torch.testing.assert_close(command.metrics["orientation_error"].double(), angle, atol=2e-3, rtol=0)
+    small = angle < 2.5
+    torch.testing.assert_close(command.metrics["orientation_error"].double()[small], angle[small], atol=1e-5, rtol=0)
+    torch.testing.assert_close(command.pose_command_w[:, :3].double(), wanted_pos, atol=1e-5, rtol=0)
+
+
+def test_metrics_are_logged_as_a_mean_over_the_reset_environments_and_zeroed(env):
+    command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    command.reset()
+    command.compute(0.02)
+    expected = command.metrics["position_error"][[3, 7]].mean()
+    log = command.reset(torch.tensor([3, 7]))
+    assert set(log) == {"position_error", "orientation_error"}
+    assert float(log["position_error"]) == pytest.approx(float(expected))
+    assert command.metrics["position_error"][3] == 0.0
+    assert command.metrics["position_error"][4] > 0.0
+
+
+def test_only_due_commands_are_drawn_anew(env):
+    command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    command.reset()
+    before = command.command.clone()
+    command.time_left[:] = 1.0
+    command.time_left[2] = 0.02
+    command.compute(0.02)
+    changed = (command.command != before).any(dim=1).nonzero().flatten()
+    assert changed.tolist() == [2]
+    assert command.command_counter[2] == 2
+
+
+def test_ranges_may_change_between_two_draws(env):
+    command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    command.reset()
+    command.cfg.ranges.pos_x = (1.0, 1.0)
+    command.reset()
+    torch.testing.assert_close(command.command[:, 0], torch.ones(NUM_ENVS))
+
+
+def test_a_pose_command_needs_one_body(env):
+    cfg = _pose_cfg()
+    cfg.body_name = ".*"
+    with pytest.raises(ConfigError, match="base"):
+        mdp.UniformPoseCommand(cfg, env)
+
+
+def _velocity_cfg(**kwargs) -> mdp.UniformVelocityCommandCfg:
+    ranges = mdp.UniformVelocityCommandCfg.Ranges(
+        lin_vel_x=(1.0, 2.0), lin_vel_y=(-0.5, 0.5), ang_vel_z=(-0.8, 0.8), heading=kwargs.pop("heading", None)
+    )
+    return mdp.UniformVelocityCommandCfg(
+        asset_name="robot", resampling_time_range=(2.0, 10.0), ranges=ranges, **kwargs
+    )
+
+
+def test_velocities_fill_their_ranges_and_some_environments_stand(env):
+    command = mdp.UniformVelocityCommand(_velocity_cfg(rel_standing_envs=0.3), env)
+    command.reset()
+    command.compute(0.02)
+    standing = command.is_standing_env
+    assert 0.2 < standing.float().mean() < 0.4
+    assert (command.command[standing] == 0).all()
+    moving = command.command[~standing]
+    assert moving[:, 0].min() >= 1.0
+    assert moving[:, 0].max() <= 2.0
+    assert moving[:, 2].abs().max() <= 0.8
+
+
+def test_a_heading_command_steers_towards_the_heading(env):
+    cfg = _velocity_cfg(heading_command=True, heading=(-3.0, 3.0), heading_control_stiffness=0.5)
+    command = mdp.UniformVelocityCommand(cfg, env)
+    command.reset()
+    command.compute(0.02)
+    heading = env.scene["robot"].data.heading_w
+    error = torch.atan2(torch.sin(command.heading_target - heading), torch.cos(command.heading_target - heading))
+    torch.testing.assert_close(command.command[:, 2], (0.5 * error).clamp(-0.8, 0.8), atol=1e-5, rtol=0)
+
+
+def test_velocity_metrics_average_the_error_over_the_command(env):
+    command = mdp.UniformVelocityCommand(_velocity_cfg(), env)
+    command.reset()
+    command.vel_command_b[:] = torch.tensor([4.0, 4.0, 1.5])
+    command.time_left[:] = 5.0
+    for _ in range(50):
+        command.compute(0.02)
+    # error (3, 4) and 1, for 50 of the 500 steps that a command can last
+    torch.testing.assert_close(command.metrics["error_vel_xy"], torch.full((NUM_ENVS,), 0.5), atol=1e-4, rtol=0)
+    torch.testing.assert_close(command.metrics["error_vel_yaw"], torch.full((NUM_ENVS,), 0.1), atol=1e-4, rtol=0)
+
+
+def test_a_heading_command_without_a_range_is_an_error(env):
+    with pytest.raises(ConfigError, match="ranges.heading"):
+        mdp.UniformVelocityCommand(_velocity_cfg(heading_command=True), env)
+
+
+def test_normal_velocities_have_their_moments_and_zeros(env):
+    ranges = mdp.NormalVelocityCommandCfg.Ranges(
+        mean_vel=(2.0, 1.0, 0.0), std_vel=(0.1, 0.2, 0.3), zero_prob=(0.0, 0.5, 0.0)
+    )
+    cfg = mdp.NormalVelocityCommandCfg(asset_name="robot", resampling_time_range=(2.0, 2.0), ranges=ranges)
+    command = mdp.NormalVelocityCommand(cfg, env)
+    command.reset()
+    command.compute(0.02)
+    x, y = command.command[:, 0], command.command[:, 1]
+    torch.testing.assert_close(x.abs().mean(), torch.tensor(2.0), atol=0.03, rtol=0)
+    torch.testing.assert_close(x.abs().std(), torch.tensor(0.1), atol=0.02, rtol=0)
+    assert 0.4 < (x > 0).float().mean() < 0.6
+    assert 0.4 < (y == 0).float().mean() < 0.6
+
+
+def _pose_2d_cfg(simple_heading: bool) -> mdp.UniformPose2dCommandCfg:
+    ranges = mdp.UniformPose2dCommandCfg.Ranges(pos_x=(-2.0, 2.0), pos_y=(1.0, 3.0), heading=(0.5, 1.0))
+    return mdp.UniformPose2dCommandCfg(
+        asset_name="robot", resampling_time_range=(9.0, 9.0), simple_heading=simple_heading, ranges=ranges
+    )
+
+
+def test_a_ground_pose_is_drawn_about_the_origin_and_seen_from_the_root(env):
+    robot = env.scene["robot"]
+    robot.data.root_quat_w = robot.yaw_quat
+    command = mdp.UniformPose2dCommand(_pose_2d_cfg(simple_heading=False), env)
+    command.reset()
+    command.compute(0.02)
+    offset = command.pos_command_w - env.scene.env_origins
+    assert offset[:, 0].abs().max() <= 2.0
+    assert offset[:, 1].min() >= 1.0
+    torch.testing.assert_close(offset[:, 2], torch.full((NUM_ENVS,), 0.6))
+    seen = _rotation(robot.yaw_quat).inv().apply((command.pos_command_w - robot.data.root_pos_w).double().numpy())
+    torch.testing.assert_close(command.command[:, :3].double(), torch.tensor(seen), atol=1e-3, rtol=0)
+    turn = command.heading_command_w - robot.data.heading_w
+    torch.testing.assert_close(torch.cos(command.command[:, 3]), torch.cos(turn), atol=1e-5, rtol=0)
+    torch.testing.assert_close(torch.sin(command.command[:, 3]), torch.sin(turn), atol=1e-5, rtol=0)
+
+
+def test_a_simple_heading_lies_along_the_way_and_needs_no_more_than_a_quarter_turn(env):
+    command = mdp.UniformPose2dCommand(_pose_2d_cfg(simple_heading=True), env)
+    command.reset()
+    command.compute(0.02)
+    way = command.pos_command_w - env.scene["robot"].data.root_pos_w
+    across = torch.sin(command.heading_command_w) * way[:, 0] - torch.cos(command.heading_command_w) * way[:, 1]
+    torch.testing.assert_close(across, torch.zeros(NUM_ENVS), atol=1e-2, rtol=0)
+    assert command.command[:, 3].abs().max() <= math.pi / 2 + 1e-5
+
+
+def test_a_null_command_has_nothing_to_read(env):
+    command = mdp.NullCommand(mdp.NullCommandCfg(), env)
+    assert command.reset() == {}
+    command.compute(0.02)
+    with pytest.raises(RuntimeError):
+        _ = command.command

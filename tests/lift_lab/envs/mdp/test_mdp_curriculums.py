@@ -1,0 +1,154 @@
+"""Curriculum terms as functions of the step counter."""
+
+from types import SimpleNamespace
+
+import pytest
+
+import lift_lab.envs.mdp as mdp
+from lift_lab.managers import CurriculumTermCfg, RewardTermCfg
+from lift_lab.utils.errors import ConfigError
+
+IDS = [0]
+
+
+class _Rewards:
+    def __init__(self):
+        self.cfg = SimpleNamespace(penalty=RewardTermCfg(func=mdp.action_l2, weight=-1e-4))
+        self.replaced = 0
+
+    def get_term_cfg(self, name):
+        return getattr(self.cfg, name)
+
+    def set_term_cfg(self, name, cfg):
+        assert cfg is self.get_term_cfg(name)
+        self.replaced += 1
+
+
+@pytest.fixture
+def env():
+    command = SimpleNamespace(goal=SimpleNamespace(ranges=SimpleNamespace(pos_x=(0.4, 0.6), names=["a", "b"])))
+    return SimpleNamespace(
+        num_envs=1,
+        device="cpu",
+        common_step_counter=0,
+        reward_manager=_Rewards(),
+        command_manager=SimpleNamespace(cfg=command),
+    )
+
+
+def _term(func, env, **params):
+    return func(CurriculumTermCfg(func=func, params=params), env), params
+
+
+def test_a_modified_weight_changes_after_more_than_num_steps(env):
+    term, params = _term(mdp.modify_reward_weight, env, term_name="penalty", weight=-0.1, num_steps=100)
+    weights = {}
+    for step in (0, 99, 100, 101, 5000):
+        env.common_step_counter = step
+        weights[step] = term(env, IDS, **params)
+    assert weights == {0: -1e-4, 99: -1e-4, 100: -1e-4, 101: -0.1, 5000: -0.1}
+    assert env.reward_manager.cfg.penalty.weight == -0.1
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        # Equation (1): w0 + (w1 - w0) min(t, t_max) / t_max
+        ({}, {0: -0.1, 1: -0.10009, 5_000: -0.55, 9_999: -0.99991, 10_000: -1.0, 30_000: -1.0}),
+        # one jump
+        ({"update_interval": 10_000}, {0: -0.1, 9_999: -0.1, 10_000: -1.0, 30_000: -1.0}),
+        # stairs
+        ({"update_interval": 2_500}, {2_499: -0.1, 2_500: -0.325, 4_999: -0.325, 7_500: -0.775, 10_000: -1.0}),
+        # an interval that does not divide the ramp
+        ({"update_interval": 7_000}, {6_999: -0.1, 7_000: -0.73, 10_000: -0.73, 14_000: -1.0}),
+        ({"start_step": 4_000}, {3_999: -0.1, 4_000: -0.1, 9_000: -0.55, 14_000: -1.0}),
+    ],
+)
+def test_an_annealed_weight_follows_the_equation(env, settings, expected):
+    term, params = _term(
+        mdp.anneal_reward_weight,
+        env,
+        term_name="penalty",
+        initial_weight=-0.1,
+        final_weight=-1.0,
+        num_steps=10_000,
+        **settings,
+    )
+    for step, weight in expected.items():
+        env.common_step_counter = step
+        assert term(env, IDS, **params) == pytest.approx(weight, abs=1e-12)
+        assert env.reward_manager.cfg.penalty.weight == pytest.approx(weight, abs=1e-12)
+
+
+def test_an_annealed_weight_needs_no_memory_of_earlier_steps(env):
+    params = {"term_name": "penalty", "initial_weight": 0.0, "final_weight": 2.0, "num_steps": 8, "update_interval": 2}
+    env.common_step_counter = 5
+    fresh, _ = _term(mdp.anneal_reward_weight, env, **params)
+    assert fresh(env, IDS, **params) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("setting", [{"num_steps": 0}, {"update_interval": 0}, {"start_step": -1}])
+def test_an_impossible_ramp_is_an_error(env, setting):
+    params = {"term_name": "penalty", "initial_weight": 0.0, "final_weight": 1.0, "num_steps": 10, **setting}
+    with pytest.raises(ConfigError, match=next(iter(setting))):
+        _term(mdp.anneal_reward_weight, env, **params)
+
+
+def _later(env, env_ids, old, value, num_steps):
+    return value if env.common_step_counter > num_steps else mdp.modify_env_param.NO_CHANGE
+
+
+@pytest.mark.parametrize(
+    ("func", "address"),
+    [
+        (mdp.modify_env_param, "command_manager.cfg.goal.ranges.pos_x"),
+        (mdp.modify_term_cfg, "commands.goal.ranges.pos_x"),
+    ],
+)
+def test_a_parameter_changes_when_its_function_says_so(env, func, address):
+    term, params = _term(
+        func, env, address=address, modify_fn=_later, modify_params={"value": (0.0, 1.0), "num_steps": 3}
+    )
+    ranges = env.command_manager.cfg.goal.ranges
+    env.common_step_counter = 3
+    term(env, IDS, **params)
+    assert ranges.pos_x == (0.4, 0.6)
+    env.common_step_counter = 4
+    term(env, IDS, **params)
+    assert ranges.pos_x == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("address", "read"),
+    [
+        ("commands.goal.ranges.pos_x[1]", lambda r: r.pos_x[1]),  # a tuple is replaced
+        ("commands.goal.ranges.names[0]", lambda r: r.names[0]),
+    ],
+)
+def test_a_parameter_inside_a_sequence_can_be_changed(env, address, read):
+    term, params = _term(mdp.modify_term_cfg, env, address=address, modify_fn=lambda env, ids, old: 9.0)
+    term(env, IDS, **params)
+    assert read(env.command_manager.cfg.goal.ranges) == 9.0
+
+
+def test_a_parameter_inside_a_dictionary_can_be_changed(env):
+    env.reward_manager.cfg.penalty.params = {"range": {"x": 1.0}}
+    for address in ("rewards.penalty.params.range.x", "rewards.penalty.params['range']['x']"):
+        term, params = _term(mdp.modify_term_cfg, env, address=address, modify_fn=lambda env, ids, old: old + 1.0)
+        term(env, IDS, **params)
+    assert env.reward_manager.cfg.penalty.params["range"]["x"] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("func", "address", "message"),
+    [
+        (mdp.modify_term_cfg, "commands.gaol.ranges.pos_x", "'goal'"),
+        (mdp.modify_term_cfg, "command.goal.ranges.pox_x", "'pos_x'"),
+        (mdp.modify_term_cfg, "comands.goal", "'commands'"),
+        (mdp.modify_env_param, "command_manager.cfg.goal.ranges.pos_x[2]", "has no '2'"),
+        (mdp.modify_env_param, "command_manager..cfg", "is not a path"),
+    ],
+)
+def test_an_address_that_leads_nowhere_is_an_error_at_once(env, func, address, message):
+    with pytest.raises(ConfigError, match=message):
+        _term(func, env, address=address, modify_fn=_later)
