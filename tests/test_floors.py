@@ -17,6 +17,7 @@ FLOORS = [
         "lift_lab.actuators",
         "lift_lab.assets",
         "lift_lab.controllers",
+        "lift_lab.devices",
         "lift_lab.markers",
         "lift_lab.sensors",
         "lift_lab.terrains",

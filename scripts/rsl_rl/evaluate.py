@@ -25,6 +25,7 @@ def parse():
         "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
     )
     parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
+    parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     return parser.parse()
 
@@ -50,7 +51,7 @@ def main() -> int:
         args.num_envs = min(args.episodes, MOST_ENVS)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
-    add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
+    add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
     env = gym.make(args.task, cfg=env_cfg)

@@ -4,9 +4,9 @@
     python scripts/tools/build_assets.py --check          # compare only; exit 1 where a file differs
     python scripts/tools/build_assets.py --meshes DIR     # bake the Panda's visual meshes anew, too
 
-The robot's numbers stand in `panda_description.py`, the other objects' below. Visual meshes are baked by
-`mesh_baking.py` from the OBJ files of the PyPI package `dm-robotics-panda` 0.4.8 (see `assets/usd/NOTICE`);
-without `--meshes` the file that holds them is left alone.
+The robot's numbers stand in `panda_description.py`, the cabinet's in `cabinet_description.py`, the other objects'
+below. Visual meshes are baked by `mesh_baking.py` from the OBJ files of the PyPI package `dm-robotics-panda` 0.4.8
+(see `assets/usd/NOTICE`); without `--meshes` the file that holds them is left alone.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Callable
 from math import pi
 from pathlib import Path
 
+import cabinet_description as cabinet
 import mesh_baking
 import numpy as np
 import panda_description as panda
@@ -260,11 +261,54 @@ def author_cartpole(layer: Sdf.Layer) -> None:
         )
 
 
+def author_cabinet(layer: Sdf.Layer) -> None:
+    """`cabinet.usda`: a cabinet with drawers and doors, under the names of Isaac Sim's Sektion cabinet."""
+    stage, root = author.start_stage(layer, "Cabinet", f"A cabinet with two drawers and two doors. {BUILT}")
+    author.set_articulation_root(root)
+    link, pad = panda.LINK_CONTACT, panda.PAD_CONTACT
+    panel_material = author.define_material(stage, "/Cabinet/materials/panel", link)
+    handle_material = author.define_material(stage, "/Cabinet/materials/handle", pad)
+    UsdGeom.Scope.Define(stage, "/Cabinet/materials")
+    for name, part in cabinet.PARTS.items():
+        path = f"/Cabinet/{name}"
+        author.define_link(stage, path, author.link_of_boxes(part.mass, part.boxes), (np.array(part.xyz), np.eye(3)))
+        UsdGeom.Xform.Define(stage, f"{path}/visuals")
+        UsdGeom.Xform.Define(stage, f"{path}/collisions")
+        for box in part.boxes:
+            author.define_box(stage, f"{path}/visuals/{name}_{box.name}_visual", box, part.color)
+            shape = author.define_box(stage, f"{path}/collisions/{name}_{box.name}", box)
+            if name in cabinet.GRASPED:
+                author.make_collider(shape, pad, handle_material)
+            else:
+                author.make_collider(shape, link, panel_material)
+    author.define_fixed_joint(stage, "/Cabinet/root_joint", "", "/Cabinet/sektion", (np.zeros(3), np.eye(3)))
+    for joint in cabinet.JOINTS:
+        parent, child = f"/Cabinet/{joint.parent}", f"/Cabinet/{joint.child}"
+        pose = np.array(joint.xyz), np.eye(3)
+        if joint.kind == "fixed":
+            author.define_fixed_joint(stage, f"{parent}/{joint.name}", parent, child, pose)
+            continue
+        author.define_joint(
+            stage,
+            f"{parent}/{joint.name}",
+            joint.kind,
+            parent=parent,
+            child=child,
+            pose=pose,
+            axis=joint.axis,
+            limits=(joint.lower, joint.upper),
+            drive=cabinet.DRIVE[joint.kind],
+            effort=joint.effort,
+            velocity=joint.velocity,
+        )
+
+
 AUTHORS: dict[str, tuple[Callable[[Sdf.Layer], None], ...]] = {
     "franka_panda.usda": (author_panda, author_panda_visuals),
     "cube.usda": (author_cube,),
     "table.usda": (author_table,),
     "cartpole.usda": (author_cartpole,),
+    "cabinet.usda": (author_cabinet,),
 }
 
 

@@ -65,6 +65,20 @@ def box_inertia(mass: float, size: Sequence[float]) -> tuple[float, float, float
     )
 
 
+def link_of_boxes(mass: float, boxes: Sequence[Box]) -> Link:
+    """A link whose mass (kg) is spread evenly over upright boxes; where two overlap, both count."""
+    volumes = np.array([np.prod(box.size) for box in boxes])
+    masses = mass * volumes / volumes.sum()
+    centers = np.array([box.xyz for box in boxes])
+    com = masses @ centers / mass
+    total = np.zeros((3, 3))
+    for part, box, arm in zip(masses, boxes, centers - com, strict=True):
+        total += np.diag(box_inertia(float(part), box.size)[:3]) + part * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    xx, yy, zz, xy, xz, yz = total[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)].tolist()
+    x, y, z = _clean(com)
+    return Link(mass, (x, y, z), (xx, yy, zz, *_clean(np.array([xy, xz, yz]))))
+
+
 def principal_inertia(inertia: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Diagonalise an inertia tensor.
 

@@ -38,8 +38,8 @@ _FOREIGN = frozenset(
 )
 """Top-level modules whose objects are not looked into."""
 
-_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec"})
-"""Attributes that lead back to the environment or to the engine."""
+_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned"})
+"""Attributes that lead back to the environment, to the engine, or to what the model was built from."""
 
 _CACHES = frozenset({"_cache"})
 """Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""
@@ -128,7 +128,7 @@ def _leaves(env: Any, excluded: set[int]) -> Iterator[tuple[str, Any, _Assign]]:
 
 
 def _below(path: str, value: Any, assign: _Assign, seen: set[int], excluded: set[int]) -> Iterator[Any]:
-    if value is None or isinstance(value, (bool, int, float, np.generic)):
+    if _is_number(value) or isinstance(value, np.generic):
         yield path, value, assign
         return
     if isinstance(value, torch.Tensor):
@@ -169,7 +169,7 @@ def _is_ours(value: Any) -> bool:
 
 def _caches(env: Any) -> Iterator[dict]:
     """Caches of the assets and sensors."""
-    for entity in (env.scene[name] for name in env.scene.keys()):
+    for entity in (env.scene[name] for name in env.scene.keys()):  # noqa: SIM118 - a scene is no dictionary
         for holder in (entity, getattr(entity, "data", None)):
             for name in _CACHES:
                 if isinstance(getattr(holder, name, None), dict):
@@ -177,7 +177,7 @@ def _caches(env: Any) -> Iterator[dict]:
 
 
 def _is_number(value: Any) -> bool:
-    return value is None or isinstance(value, (bool, int, float))
+    return type(value) in (type(None), bool, int, float)
 
 
 def _attribute_setter(owner: Any, name: str) -> _Assign:

@@ -4,9 +4,9 @@ Every environment runs the same number of whole episodes, and they are counted i
 environment, then all second ones). Taking the first episodes to *finish* instead would favour short ones.
 
 What counts as success is the task's: it is registered with ``"success": "module:function"`` or
-``"success": {"func": "module:function", "params": {...}}`` where ``function(env, **params)`` tells it for the state just
-reached, shape (num_envs,); or it has a termination term called ``success``. It is looked at after every step of an
-episode, the last included, before the environment is reset.
+``"success": {"func": "module:function", "params": {...}}`` where ``function(env, **params)`` tells it for the state
+just reached, shape (num_envs,); or it has a termination term called ``success``. It is looked at after every step of
+an episode, the last included, before the environment is reset.
 """
 
 from __future__ import annotations

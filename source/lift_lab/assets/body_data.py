@@ -257,7 +257,12 @@ class BodyData:
         Of the last physics substep (the engine computes accelerations while it steps).
         """
         acc = self._physics.com_acc()[:, self._body_cols]
-        return torch.cat((acc[..., 3:], acc[..., :3]), dim=-1)
+        arm_w = self._physics.field("xipos")[:, self._body_cols]
+        arm_w = arm_w - self._physics.field("subtree_com")[:, self._tree_root, None]
+        ang, lin = acc[..., :3], acc[..., 3:]
+        vel = self.body_com_vel_w
+        lin = lin + torch.linalg.cross(ang, arm_w) + torch.linalg.cross(vel[..., 3:], vel[..., :3])
+        return torch.cat((lin, ang), dim=-1)
 
     @property
     def body_com_pos_b(self) -> torch.Tensor:

@@ -63,18 +63,13 @@ class DifferentialIKController:
             ConfigError: the current pose is needed and was not given.
         """
         relative = self.cfg.use_relative_mode
-        if relative and ee_pos is None:
-            raise ConfigError("a relative command needs the current end-effector position")
-        if ee_quat is None and (relative or self.cfg.command_type == "position"):
-            raise ConfigError(
-                f"a {'relative' if relative else self.cfg.command_type} command needs the current end-effector"
-                " orientation"
-            )
         if self.cfg.command_type == "position":
-            self.ee_pos_des = ee_pos + command if relative else command.clone()
-            self.ee_quat_des = ee_quat.clone()
+            self.ee_pos_des = _needed(ee_pos, "position") + command if relative else command.clone()
+            self.ee_quat_des = _needed(ee_quat, "orientation").clone()
         elif relative:
-            self.ee_pos_des, self.ee_quat_des = apply_delta_pose(ee_pos, ee_quat, command)
+            self.ee_pos_des, self.ee_quat_des = apply_delta_pose(
+                _needed(ee_pos, "position"), _needed(ee_quat, "orientation"), command
+            )
         else:
             self.ee_pos_des = command[:, :3].clone()
             self.ee_quat_des = torch.nn.functional.normalize(command[:, 3:7], dim=-1)
@@ -100,7 +95,7 @@ class DifferentialIKController:
 
     def _joint_step(self, error: torch.Tensor, jacobian: torch.Tensor) -> torch.Tensor:
         """Change of the joints for an error of shape (num_envs, m), m rows of the Jacobian."""
-        params = self.cfg.ik_params
+        params = self.cfg.ik_params or {}
         error = error.unsqueeze(-1)
         transposed = jacobian.transpose(1, 2)
         if self.cfg.ik_method == "pinv":
@@ -115,3 +110,9 @@ class DifferentialIKController:
             damping = params["lambda_val"] ** 2 * torch.eye(jacobian.shape[1], device=self._device)
             step = transposed @ torch.linalg.solve(jacobian @ transposed + damping, error)
         return step.squeeze(-1)
+
+
+def _needed(value: torch.Tensor | None, what: str) -> torch.Tensor:
+    if value is None:
+        raise ConfigError(f"this command needs the current end-effector {what}")
+    return value

@@ -112,7 +112,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         manager = self.observation_manager
         groups: dict[str, gym.Space] = {}
         for group, names in manager.active_terms.items():
-            dims = manager.group_obs_dim[group]
+            dims: Any = manager.group_obs_dim[group]
             if manager.group_obs_concatenate[group]:
                 groups[group] = _unbounded(dims)
                 continue

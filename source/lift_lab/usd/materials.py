@@ -93,13 +93,24 @@ class ContactMaterials:
 def restitution_solref(restitution: float) -> tuple[float, float]:
     """Direct solref (-stiffness, -damping) of a contact whose rebound speed is `restitution` of the approach speed.
 
-    A linear spring and damper with damping ratio z returns exp(-pi z / sqrt(1 - z^2)); the stiffness is that of a
-    natural frequency of 1 / 0.02 s.
+    A spring and damper that only push, of damping ratio z, let go where their force reaches zero and return
+    exp(-2 z acos(z) / sqrt(1 - z^2)) of the speed (Schwager and Poeschel, 2007). The stiffness is that of a natural
+    frequency of 1 / 0.02 s.
     """
-    log = math.log(min(max(restitution, 1e-3), 1.0))
-    ratio = -log / math.hypot(math.pi, log)
-    stiffness = 1.0 / _REF_TIME**2
-    return -stiffness, -max(2.0 * ratio * math.sqrt(stiffness), 1e-6)
+    low, high = 1e-6, 10.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _rebound(middle) > restitution else (low, middle)
+    return -1.0 / _REF_TIME**2, -2.0 * low / _REF_TIME
+
+
+def _rebound(ratio: float) -> float:
+    """Coefficient of restitution of a one-sided spring and damper with the given damping ratio."""
+    if abs(ratio - 1.0) < 1e-9:
+        return math.exp(-2.0)
+    if ratio < 1.0:
+        return math.exp(-2.0 * ratio * math.acos(ratio) / math.sqrt(1.0 - ratio**2))
+    return math.exp(-2.0 * ratio * math.acosh(ratio) / math.sqrt(ratio**2 - 1.0))
 
 
 def srgb(linear: Any) -> tuple[float, float, float]:

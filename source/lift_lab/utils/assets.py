@@ -35,6 +35,7 @@ NUCLEUS_ASSETS: dict[str, str] = {
     "panda_instanceable.usd": "franka_panda.usda",
     "dex_cube_instanceable.usd": "cube.usda",
     "table_instanceable.usd": "table.usda",
+    "sektion_cabinet_instanceable.usd": "cabinet.usda",
 }
 """File name of an Isaac Lab asset -> file in :data:`ASSETS_USD_DIR`. Others map to the file of the same stem."""
 

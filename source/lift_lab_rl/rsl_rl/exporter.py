@@ -13,6 +13,7 @@ import os
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import torch
 from rsl_rl.models import MLPModel
@@ -79,7 +80,7 @@ def export_policy_as_onnx(
         ExportError: the file's actions differ from the policy's.
     """
     target = _target(path, filename)
-    model = _with_normalizer(policy.as_onnx(verbose=verbose), normalizer)
+    model: Any = _with_normalizer(policy.as_onnx(verbose=verbose), normalizer)
     inputs = model.get_dummy_inputs()
     quiet = contextlib.nullcontext() if verbose else _quiet()
 
@@ -100,7 +101,7 @@ def export_policy_as_onnx(
     if not policy.is_recurrent:
         from onnx.reference import ReferenceEvaluator
 
-        session = ReferenceEvaluator(str(target))
+        session: Any = ReferenceEvaluator(str(target))
 
         def run(obs: torch.Tensor) -> torch.Tensor:
             rows = [session.run(None, {"obs": row[None].numpy()})[0] for row in obs]

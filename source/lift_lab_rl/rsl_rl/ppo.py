@@ -71,6 +71,11 @@ class EluMlp(torch.autograd.Function):
 class PiecewisePPO(PPO):
     """Proximal policy optimization with piecewise gradients (Schulman et al. 2017, arXiv:1707.06347)."""
 
+    _raw_actor: Any
+    _raw_critic: Any
+    transition: Any
+    storage: Any
+
     def __init__(
         self, actor: MLPModel, critic: MLPModel, storage: Any, *, num_threads: int | None = None, **kwargs: Any
     ):
@@ -199,7 +204,7 @@ class PiecewisePPO(PPO):
         order = torch.randperm(count, device=self.device)
         obs = st.observations.flatten(0, 1)
 
-        def network_input(model: MLPModel) -> torch.Tensor:
+        def network_input(model: Any) -> torch.Tensor:
             with torch.no_grad():
                 raw = torch.cat([obs[group] for group in model.obs_groups], dim=-1)
                 return model.obs_normalizer(raw[order])
@@ -300,7 +305,7 @@ class PiecewisePPO(PPO):
             group["lr"] = self.learning_rate
 
 
-def _mlp(model: MLPModel, x: torch.Tensor) -> torch.Tensor:
+def _mlp(model: Any, x: torch.Tensor) -> torch.Tensor:
     """The network's output for normalised inputs, shape (rows, outputs)."""
     modules = list(model.mlp)
     linear = [m for m in modules if isinstance(m, nn.Linear)]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import signal
 import sys
 import threading
@@ -188,7 +187,7 @@ class LiftLabRunner(OnPolicyRunner):
         Raises:
             LiftLabError: an observation or reward is NaN.
         """
-        storage = self.alg.storage
+        storage: Any = self.alg.storage
         for group, values in storage.observations.items():
             if torch.isnan(values).any():
                 raise LiftLabError(
@@ -406,7 +405,7 @@ def _number_of(path: Path) -> int:
     return int(digits) if digits.isdigit() else -1
 
 
-def checkpoint_iteration(path: str | os.PathLike[str]) -> int:
+def checkpoint_iteration(path: str | Path) -> int:
     """Iterations that the checkpoint at ``path`` had finished.
 
     Raises:

@@ -17,7 +17,7 @@ PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
 _LOG_WRITERS = {"wandb": ("WandbLogWriter", "wandb_project"), "neptune": ("NeptuneLogWriter", "neptune_project")}
 
 
-def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[str] = ("policy",)) -> dict[str, Any]:
+def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",)) -> dict[str, Any]:
     """The dictionary that rsl_rl 5's runner takes.
 
     Args:

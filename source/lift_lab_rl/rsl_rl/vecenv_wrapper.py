@@ -120,7 +120,8 @@ class RslRlVecEnvWrapper(VecEnv):
         """
         if self.clip_actions is not None:
             actions = actions.clamp(-self.clip_actions, self.clip_actions)
-        self._obs, rewards, terminated, truncated, extras = self.env.step(actions)
+        result: Any = self.env.step(actions)
+        self._obs, rewards, terminated, truncated, extras = result
         dones = (terminated | truncated).to(torch.long)
         # A finite horizon is part of the task: reaching it is worth nothing more, so it is not bootstrapped.
         if not self.cfg.is_finite_horizon:

@@ -24,8 +24,12 @@ BEST = "model_best.pt"
 """The file of the best policy of a run."""
 
 _NO_MATTER = {
-    "agent": ["max_iterations", "save_interval", "keep_resume_states", "resume", "load_run", "load_checkpoint", "run_name", "experiment_name", "logger", "wandb_project", "neptune_project", "num_threads", "success_metric", "check_for_nan"],
-    "env": ["viewer", "log_dir"],
+    "agent": {
+        *("max_iterations", "save_interval", "keep_resume_states", "resume", "load_run", "load_checkpoint"),
+        *("run_name", "experiment_name", "logger", "wandb_project", "neptune_project"),
+        *("num_threads", "success_metric", "check_for_nan"),
+    },
+    "env": {"viewer", "log_dir"},
 }
 """Settings in which a continued run may differ from the one it continues."""
 

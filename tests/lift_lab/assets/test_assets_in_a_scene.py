@@ -310,6 +310,24 @@ def test_body_velocities_are_those_of_mujocos_object_velocity(arm_file):
         torch.testing.assert_close(arm.data.body_link_state_w[0, k, 7:], expected, atol=1e-5, rtol=0)
 
 
+def test_body_accelerations_are_those_of_circular_motion(arm_file):
+    sim, scene = _start(arm=_arm(arm_file, _implicit()))
+    arm = scene["arm"]
+    omega = 1.7
+    arm.write_joint_velocity_to_sim(torch.tensor([[omega, 0.0]]).repeat(NUM_ENVS, 1))
+    arm.data.body_acc_w  # noqa: B018  bind the fields
+    sim.physics.forward()
+    scene.update(0.0)
+    alpha = float(arm.data.joint_acc[0, 0])
+    # the centre of mass of the upper link runs on a circle of 0.2 m about the shoulder, in the x-z plane
+    q = 0.3
+    radial = torch.tensor([math.cos(q), 0.0, -math.sin(q)])
+    tangent = torch.tensor([-math.sin(q), 0.0, -math.cos(q)])
+    expected = 0.2 * (alpha * tangent - omega**2 * radial)
+    torch.testing.assert_close(arm.data.body_lin_acc_w[0, 1], expected, atol=1e-3, rtol=1e-4)
+    torch.testing.assert_close(arm.data.body_ang_acc_w[0, 1], torch.tensor([0.0, alpha, 0.0]), atol=1e-3, rtol=1e-4)
+
+
 def test_the_jacobian_is_the_derivative_of_the_body_position(arm_file):
     sim, scene = _start(arm=_arm(arm_file, _implicit()))
     arm = scene["arm"]

@@ -141,9 +141,7 @@ def test_the_first_observation_of_an_episode_is_of_its_own_state(make_env, elbow
     torch.testing.assert_close(obs["policy"][1], first["policy"][1], atol=1e-6, rtol=0)
     assert (obs["policy"][[0, 2], :2] - first["policy"][[0, 2], :2]).abs().max() > 0.01
     # columns 2.. are the poses of base, upper and lower, 7 each
-    torch.testing.assert_close(
-        obs["policy"][:, 16:19], elbow_position(obs["policy"][:, :2]), atol=1e-5, rtol=0
-    )
+    torch.testing.assert_close(obs["policy"][:, 16:19], elbow_position(obs["policy"][:, :2]), atol=1e-5, rtol=0)
 
 
 def test_a_reset_event_sees_the_number_of_environment_steps(make_env):
@@ -416,7 +414,10 @@ def test_missing_values_are_listed_by_path(make_cfg):
 
 @pytest.mark.parametrize(
     ("field", "value", "message"),
-    [("decimation", 0, "decimation must be at least 1"), ("episode_length_s", 0.0, "episode_length_s must be positive")],
+    [
+        ("decimation", 0, "decimation must be at least 1"),
+        ("episode_length_s", 0.0, "episode_length_s must be positive"),
+    ],
 )
 def test_a_setting_that_cannot_work_is_an_error(make_cfg, field, value, message):
     with pytest.raises(ConfigError, match=message):
@@ -433,9 +434,7 @@ def test_settings_without_effect_are_noted(make_env, monkeypatch):
 
     monkeypatch.setattr(ignored, "_reported", set())
     noted = {}
-    monkeypatch.setattr(
-        "lift_lab.envs.manager_based_env.report_ignored", lambda: noted.update(pending_ignored())
-    )
+    monkeypatch.setattr("lift_lab.envs.manager_based_env.report_ignored", lambda: noted.update(pending_ignored()))
     make_env(num_rerenders_on_reset=2, wait_for_textures=False)
     assert {"num_rerenders_on_reset", "wait_for_textures"} <= set(noted)
     assert "xr" not in noted

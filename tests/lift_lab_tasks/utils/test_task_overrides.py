@@ -232,7 +232,7 @@ def test_the_newest_checkpoint_of_the_newest_run_that_has_one_is_found(tmp_path)
     assert get_checkpoint_path(tmp_path).endswith("2026-01-02/model_5.pt")
     assert get_checkpoint_path(tmp_path, ".*01-01").endswith("2026-01-01/model_10.pt")
     assert get_checkpoint_path(tmp_path, checkpoint="model_best.pt").endswith("2026-01-01/model_best.pt")
-    with pytest.raises(FileError, match="did you mean 'model_9.pt'"):
+    with pytest.raises(FileError, match=r"did you mean 'model_9\.pt'"):
         get_checkpoint_path(tmp_path, ".*01-01", "model_99.pt")
     with pytest.raises(FileError, match="no run in"):
         get_checkpoint_path(tmp_path, "2027.*")

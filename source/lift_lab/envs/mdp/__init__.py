@@ -68,3 +68,21 @@ from .terminations import (
     root_height_below_minimum,
     time_out,
 )
+from .unsupported import (
+    body_incoming_wrench,
+    height_scan,
+    image,
+    image_features,
+    imu_ang_vel,
+    imu_lin_acc,
+    imu_orientation,
+    imu_projected_gravity,
+    randomize_fixed_tendon_parameters,
+    randomize_rigid_body_collider_offsets,
+    randomize_rigid_body_com,
+    randomize_rigid_body_scale,
+    randomize_visual_color,
+    randomize_visual_texture_material,
+    reset_nodal_state_uniform,
+    reset_root_state_from_terrain,
+)

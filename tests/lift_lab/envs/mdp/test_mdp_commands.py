@@ -159,9 +159,7 @@ def _velocity_cfg(**kwargs) -> mdp.UniformVelocityCommandCfg:
     ranges = mdp.UniformVelocityCommandCfg.Ranges(
         lin_vel_x=(1.0, 2.0), lin_vel_y=(-0.5, 0.5), ang_vel_z=(-0.8, 0.8), heading=kwargs.pop("heading", None)
     )
-    return mdp.UniformVelocityCommandCfg(
-        asset_name="robot", resampling_time_range=(2.0, 10.0), ranges=ranges, **kwargs
-    )
+    return mdp.UniformVelocityCommandCfg(asset_name="robot", resampling_time_range=(2.0, 10.0), ranges=ranges, **kwargs)
 
 
 def test_velocities_fill_their_ranges_and_some_environments_stand(env):

@@ -12,15 +12,10 @@ BALL = SceneEntityCfg("ball")
 ROBOT = SceneEntityCfg("robot")
 
 
-@pytest.fixture(scope="module")
-def many(request):
-    """Enough environments to see a distribution; built once."""
-    return 200
-
-
 @pytest.fixture
-def env(make_env, many):
-    env = make_env(num_envs=many)
+def env(make_env):
+    """Enough environments to see a distribution."""
+    env = make_env(num_envs=200)
     env.reset(seed=5)
     return env
 
@@ -166,7 +161,9 @@ def test_a_mass_of_the_chosen_bodies_is_added_to(env):
         env,
     )
     term(env, ids, lower, (0.3, 0.3), "add")
-    torch.testing.assert_close(robot.get_masses()[:3], torch.tensor([[2.0, 1.0, 0.8], [2.0, 1.0, 0.5], [2.0, 1.0, 0.8]]))
+    torch.testing.assert_close(
+        robot.get_masses()[:3], torch.tensor([[2.0, 1.0, 0.8], [2.0, 1.0, 0.5], [2.0, 1.0, 0.8]])
+    )
     term(env, ids, lower, (-3.0, -3.0), "add", min_mass=0.01)
     torch.testing.assert_close(robot.get_masses()[2, 2], torch.tensor(0.01))
 
@@ -253,9 +250,7 @@ def test_joint_friction_armature_and_limits_are_drawn(env):
         assert value.std() > 0
     torch.testing.assert_close(data.joint_pos_limits[..., 0], torch.full((env.num_envs, 2), -torch.pi / 2))
     with pytest.raises(ConfigError, match="above its upper limit"):
-        _class_term(
-            mdp.randomize_joint_parameters, env, asset_cfg=ROBOT, lower_limit_distribution_params=(3.0, 3.0)
-        )
+        _class_term(mdp.randomize_joint_parameters, env, asset_cfg=ROBOT, lower_limit_distribution_params=(3.0, 3.0))
 
 
 def test_gravity_is_the_same_everywhere(env):

@@ -111,17 +111,15 @@ class JointDynamics:
         """Find which joints move which bodies."""
         physics = asset._physics
         model = physics.model
-        dofs = torch.tensor(asset._dof_ids, dtype=torch.long)[
-            joint_ids if isinstance(joint_ids, slice) else joint_ids.cpu()
-        ]
+        picked = joint_ids if isinstance(joint_ids, slice) else joint_ids.cpu()
+        dofs = torch.tensor(asset._dof_ids)[picked]
         moves = torch.zeros(len(asset._ids), len(dofs))
         for row, body in enumerate(asset._ids):
-            ancestor = body
-            while ancestor:
-                first = model.body_dofadr[ancestor]
-                own = (dofs >= first) & (dofs < first + model.body_dofnum[ancestor]) & (first >= 0)
-                moves[row, own] = 1.0
-                ancestor = model.body_parentid[ancestor]
+            chain = {body}
+            while body:
+                body = int(model.body_parentid[body])
+                chain.add(body)
+            moves[row] = torch.tensor([float(model.dof_bodyid[dof] in chain) for dof in dofs.tolist()])
         self._physics = physics
         self._asset = asset
         self._joint_ids = joint_ids

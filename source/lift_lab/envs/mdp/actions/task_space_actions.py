@@ -101,6 +101,11 @@ class OperationalSpaceControllerAction(ActionTerm):
 
     def __init__(self, cfg: actions_cfg.OperationalSpaceControllerActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
+        if cfg.controller_cfg.contact_wrench_stiffness_task is not None:
+            raise ConfigError(
+                f"{type(self).__name__}: contact_wrench_stiffness_task needs a contact sensor, which is not simulated;"
+                " leave it at None for open-loop wrenches"
+            )
         self._end_effector = EndEffector(
             self._asset, cfg.joint_names, cfg.body_name, cfg.body_offset, type(self).__name__
         )
@@ -109,14 +114,13 @@ class OperationalSpaceControllerAction(ActionTerm):
         self._processed_actions = torch.zeros_like(self._raw_actions)
         self._scale = self._column_scales()
         self._clip = self._gain_limits()
+        self._nullspace_target = self._nullspace_joint_positions()
         controller = cfg.controller_cfg
         self._needs_mass = controller.inertial_dynamics_decoupling or controller.nullspace_control == "position"
         self._dynamics: JointDynamics | None = None
         if self._needs_mass or controller.gravity_compensation:
             self._dynamics = JointDynamics(self._asset, self._end_effector.joint_ids)
-        self._nullspace_target = self._nullspace_joint_positions()
         self._task_frame = self._find_task_frame(env)
-        self._contact = self._find_contact_sensor(env)
 
     # -- setting up
 
@@ -180,24 +184,6 @@ class OperationalSpaceControllerAction(ActionTerm):
             f"{type(self).__name__}: no rigid object is at task_frame_rel_path '{path}'; the scene has {known}"
         )
 
-    def _find_contact_sensor(self, env: ManagerBasedEnv):
-        """Sensor and column of the end effector's contact force, if force feedback is configured.
-
-        Raises:
-            ConfigError: the scene has no contact sensor on the end effector's body.
-        """
-        controller = self.cfg.controller_cfg
-        if "wrench_abs" not in controller.target_types or controller.contact_wrench_stiffness_task is None:
-            return None
-        for sensor in env.scene.sensors.values():
-            names = getattr(sensor, "body_names", [])
-            if hasattr(sensor.data, "net_forces_w") and self._end_effector.body_name in names:
-                return sensor, names.index(self._end_effector.body_name)
-        raise ConfigError(
-            f"{type(self).__name__}: contact_wrench_stiffness_task needs a ContactSensorCfg in the scene on "
-            f"'{self._end_effector.body_name}'"
-        )
-
     # -- running
 
     @property
@@ -244,7 +230,6 @@ class OperationalSpaceControllerAction(ActionTerm):
             jacobian_b=effector.jacobian_b(),
             current_ee_pose_b=torch.cat(effector.pose_b(), dim=-1),
             current_ee_vel_b=effector.velocity_b(),
-            current_ee_force_b=force_b,
             mass_matrix=dynamics.mass_matrix() if dynamics is not None and self._needs_mass else None,
             gravity=(
                 dynamics.gravity_efforts()

@@ -72,7 +72,7 @@ class UniformVelocityCommand(CommandTerm):
         r, count = self.cfg.ranges, len(env_ids)
         ranges = (r.lin_vel_x, r.lin_vel_y, r.ang_vel_z)
         self.vel_command_b[env_ids] = sample_ranges(ranges, count, self.device)
-        if self.cfg.heading_command:
+        if self.cfg.heading_command and r.heading is not None:
             self.heading_target[env_ids] = sample_ranges((r.heading,), count, self.device)[:, 0]
             self.is_heading_env[env_ids] = self._chance(count, self.cfg.rel_heading_envs)
         self.is_standing_env[env_ids] = self._chance(count, self.cfg.rel_standing_envs)

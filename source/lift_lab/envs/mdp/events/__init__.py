@@ -8,7 +8,6 @@ from .randomization import (
     randomize_actuator_gains,
     randomize_joint_parameters,
     randomize_physics_scene_gravity,
-    randomize_rigid_body_com,
     randomize_rigid_body_mass,
     randomize_rigid_body_material,
 )

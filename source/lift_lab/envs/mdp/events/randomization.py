@@ -5,7 +5,7 @@ Each draws anew from the values at start, never from values that were already ra
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import torch
@@ -15,7 +15,7 @@ from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
+from .._tensors import EnvIds, block, num_rows, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject
@@ -184,34 +184,6 @@ class randomize_rigid_body_mass(ManagerTermBase):
         )
 
 
-def randomize_rigid_body_com(
-    env: ManagerBasedEnv,
-    env_ids: EnvIds,
-    com_range: Mapping[str, Sequence[float]],
-    asset_cfg: SceneEntityCfg,
-) -> None:
-    """Move the centres of mass of the chosen bodies, all of an environment by the same uniformly drawn vector.
-
-    Args:
-        env: the environment.
-        env_ids: environments to change.
-        com_range: (low, high) for any of ``x, y, z`` in m, link frame.
-        asset_cfg: the asset and which of its bodies.
-
-    Raises:
-        ConfigError: the range names an axis that does not exist.
-    """
-    asset: RigidObject | Articulation = env.scene[asset_cfg.name]
-    ranges = axis_ranges(com_range, "randomize_rigid_body_com: com_range", axes=("x", "y", "z"))
-    default = block(asset.data.body_com_pos_b, env_ids, asset_cfg.body_ids)
-    offset = sample_ranges(ranges, len(default), env.device)
-    asset.write_body_com_to_sim(
-        default + offset.unsqueeze(1),
-        body_ids=None if isinstance(asset_cfg.body_ids, slice) else asset_cfg.body_ids,
-        env_ids=env_ids,
-    )
-
-
 def randomize_physics_scene_gravity(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
@@ -229,9 +201,9 @@ def randomize_physics_scene_gravity(
         distribution: ``uniform``, ``log_uniform`` or ``gaussian``.
     """
     default = torch.tensor([env.sim.cfg.gravity], dtype=torch.float32, device=env.device)
-    parameters = tuple(torch.tensor(p, dtype=torch.float32, device=env.device) for p in gravity_distribution_params)
+    low, high = (torch.tensor(p, dtype=torch.float32, device=env.device) for p in gravity_distribution_params)
     gravity = env.sim.physics.randomizable("opt.gravity")
-    gravity[:] = _vary(default, parameters, operation, distribution).to(gravity.dtype)
+    gravity[:] = _vary(default, (low, high), operation, distribution).to(gravity.dtype)
 
 
 class randomize_actuator_gains(ManagerTermBase):

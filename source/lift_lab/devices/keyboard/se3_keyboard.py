@@ -1,0 +1,21 @@
+"""A keyboard that moves an end effector: config only."""
+
+from __future__ import annotations
+
+from lift_lab.utils import configclass
+
+from ..device_base import DeviceBase, DeviceCfg
+
+
+class Se3Keyboard(DeviceBase):
+    """A type for configs; making one raises."""
+
+
+@configclass
+class Se3KeyboardCfg(DeviceCfg):
+    """A keyboard that moves an end effector: accepted as data."""
+
+    class_type: type[DeviceBase] | None = Se3Keyboard
+    gripper_term: bool = True
+    pos_sensitivity: float = 0.4
+    rot_sensitivity: float = 0.8

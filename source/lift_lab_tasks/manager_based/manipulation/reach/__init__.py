@@ -1,0 +1,1 @@
+"""The reach task: bring the end effector to a commanded pose."""

@@ -1,0 +1,1 @@
+"""The reach task, robot by robot."""
