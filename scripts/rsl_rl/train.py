@@ -101,7 +101,7 @@ def main() -> int:
         if checkpoint is not None:
             runner.load(str(checkpoint))
             say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")
-        run_dir.mkdir(parents=True)
+        run_dir.mkdir(parents=True, exist_ok=True)
         dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
         dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
         say(f"{args.task}: {wrapped.num_envs} environments on {wrapped.device}, seed {agent_cfg.seed}")

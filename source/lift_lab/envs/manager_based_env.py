@@ -91,6 +91,7 @@ class ManagerBasedEnv:
             self.event_manager.apply(mode="prestartup")
         self.sim.reset()
         self.scene.update(dt=self.physics_dt)
+        self.event_manager.resolve_terms()
         self.load_managers()
         terms = [self.action_manager.get_term(name) for name in self.action_manager.active_terms]
         self._actions_are_constant = all(getattr(term, "constant_over_substeps", False) for term in terms)

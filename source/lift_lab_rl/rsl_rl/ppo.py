@@ -124,10 +124,14 @@ class PiecewisePPO(PPO):
         """
         if not self._plain:
             return super().act(obs)
-        transition = self.transition
-        transition.actions = self.actor(obs, stochastic_output=True).detach()
-        transition.actions_log_prob = self.actor.get_output_log_prob(transition.actions).detach()
-        transition.distribution_params = tuple(p.detach() for p in self.actor.output_distribution_params)
+        actor, transition = self._raw_actor, self.transition
+        raw = torch.cat([obs[group] for group in actor.obs_groups], dim=-1)
+        with torch.no_grad():
+            mean, std = _mlp(actor, actor.obs_normalizer(raw)), self._std()
+            noise = torch.randn_like(mean)
+            transition.actions = torch.addcmul(mean, noise, std)
+            transition.actions_log_prob = -0.5 * noise.square().sum(-1) - self._log_normaliser(std)
+            transition.distribution_params = (mean, std.expand_as(mean))
         transition.values = self.storage.values[self.storage.step]
         transition.observations = obs
         return transition.actions
@@ -248,7 +252,7 @@ class PiecewisePPO(PPO):
             torch._foreach_add_(total, other)
         losses, *grads = total
         std = self._std()
-        entropy = (0.5 + 0.5 * math.log(2 * math.pi) + std.log()).sum()
+        entropy = self._log_normaliser(std) + 0.5 * len(std)
         if self.entropy_coef != 0.0 and entropy.requires_grad:
             param = next(iter(self._raw_actor.distribution.parameters()))
             index = next(k for k, other in enumerate(params) if other is param)
@@ -269,7 +273,7 @@ class PiecewisePPO(PPO):
         std = self._std()
         # Surrogate loss
         deviation = (piece["actions"] - mean) / std
-        log_prob = -0.5 * deviation.square().sum(-1) - (std.log() + 0.5 * math.log(2 * math.pi)).sum()
+        log_prob = -0.5 * deviation.square().sum(-1) - self._log_normaliser(std)
         ratio = torch.exp(log_prob - piece["old_log_prob"])
         surrogate = -piece["advantages"] * ratio
         clipped = -piece["advantages"] * ratio.clamp(1.0 - self.clip_param, 1.0 + self.clip_param)
@@ -294,6 +298,19 @@ class PiecewisePPO(PPO):
         if distribution.std_type == "log":
             return distribution.log_std_param.clamp(*distribution.log_std_range).exp()
         return distribution.std_param.clamp(*distribution.std_range)
+
+    @staticmethod
+    def _log_normaliser(std: torch.Tensor) -> torch.Tensor:
+        """What makes a Gaussian's density integrate to one, as a logarithm; a scalar."""
+        return (std.log() + 0.5 * math.log(2 * math.pi)).sum()
+
+    @property
+    def action_std(self) -> float:
+        """Standard deviation of the actions, averaged over them."""
+        if self._plain:
+            return float(self._std().detach().mean())
+        distribution: Any = self._raw_actor.distribution
+        return float(distribution.std.detach().mean())
 
     def _adapt_learning_rate(self, kl: float) -> None:
         """Keep the divergence of an update near ``desired_kl``."""

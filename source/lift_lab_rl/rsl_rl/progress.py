@@ -140,7 +140,7 @@ def _short(key: str) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}" if abs(value) < 0.01 or abs(value) >= 1000 else f"{value:.3f}"
+    return f"{value:.2g}" if abs(value) < 0.01 else f"{value:.3f}" if abs(value) < 1000 else f"{value:.4g}"
 
 
 def _count(value: int) -> str:

@@ -25,9 +25,10 @@ from rsl_rl.utils import resolve_callable
 
 from lift_lab.utils.errors import ConfigError, LiftLabError
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
-from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_rl.files import load_torch, save_torch, write_atomically
 from lift_lab_rl.threads import use_one_torch_thread
 
+from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
 from .run_logger import RunLogger
 
@@ -172,10 +173,9 @@ class LiftLabRunner(OnPolicyRunner):
         return obs
 
     def _action_std(self) -> float:
-        distribution: Any = self.alg.get_policy().distribution
-        if getattr(distribution, "_distribution", None) is None:
-            return 0.0
-        return float(distribution.std.detach().mean())
+        if isinstance(self.alg, PiecewisePPO):
+            return self.alg.action_std
+        return float(self.alg.get_policy().output_std.detach().mean())
 
     def _synchronise(self) -> None:
         if torch.device(self.device).type == "cuda":
@@ -345,9 +345,18 @@ class LiftLabRunner(OnPolicyRunner):
         self.logger.load_state_dict(state["logger"])
         self._best = None if state["best"] is None else tuple(state["best"])
         self._smoothed = dict(state["smoothed"])
+        self._adopt_best(Path(checkpoint).with_name("model_best.pt"))
         load_rng_state(state["rng"])
         self.continues_exactly = True
         return f"continuing the episodes of iteration {self.current_learning_iteration}"
+
+
+    def _adopt_best(self, path: Path) -> None:
+        """Copy the best policy of the run that is continued, if it had it by now."""
+        if self._best is None or self.log_dir is None or not path.is_file():
+            return
+        if checkpoint_iteration(path) <= self.current_learning_iteration:
+            write_atomically(self.log_dir / path.name, path.read_bytes())
 
 
 def _manager_env(env: Any) -> Any:

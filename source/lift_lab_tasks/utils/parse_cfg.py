@@ -153,7 +153,7 @@ def get_checkpoint_path(
     folder = Path(log_path)
     if not folder.is_dir():
         raise FileError(f"no runs in '{folder}': train first, or pass the path of a checkpoint")
-    runs = [entry for entry in folder.iterdir() if entry.is_dir()]
+    runs = sorted(entry for entry in folder.iterdir() if entry.is_dir())
     matching = [run for run in runs if _matches(run_dir, run.name)]
     matching.sort(key=(lambda run: run.name) if sort_alpha else (lambda run: run.stat().st_mtime))
     if not matching:

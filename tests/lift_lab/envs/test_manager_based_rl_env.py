@@ -429,6 +429,34 @@ def test_an_unknown_render_mode_is_an_error(make_cfg):
         ManagerBasedRLEnv(make_cfg(), render_mode="rgb")
 
 
+@pytest.mark.parametrize(
+    ("fields", "feature"),
+    [
+        ({"observations": _group(image=ObservationTermCfg(func=mdp.image))}, "mdp.image needs images"),
+        (
+            {"rewards": {}, "events": {"e": EventTermCfg(func=mdp.randomize_rigid_body_scale, mode="prestartup")}},
+            "one model",
+        ),
+        (
+            {
+                "events": {
+                    "e": EventTermCfg(func=mdp.reset_root_state_from_terrain, mode="reset", params={"pose_range": {}})
+                }
+            },
+            "terrain",
+        ),
+    ],
+)
+def test_a_term_of_a_missing_feature_names_the_feature(make_cfg, fields, feature):
+    cfg = make_cfg(**fields)
+
+    def run():
+        ManagerBasedRLEnv(cfg).reset()
+
+    with pytest.raises(ConfigError, match=feature):
+        run()
+
+
 def test_settings_without_effect_are_noted(make_env, monkeypatch):
     from lift_lab.sim import ignored
 

@@ -198,7 +198,7 @@ def test_velocity_metrics_average_the_error_over_the_command(env):
 
 
 def test_a_heading_command_without_a_range_is_an_error(env):
-    with pytest.raises(ConfigError, match="ranges.heading"):
+    with pytest.raises(ConfigError, match="heading_command=True"):
         mdp.UniformVelocityCommand(_velocity_cfg(heading_command=True), env)
 
 

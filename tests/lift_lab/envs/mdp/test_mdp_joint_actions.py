@@ -141,8 +141,8 @@ def test_the_moving_average_starts_at_the_joint_positions(env):
     torch.testing.assert_close(term.processed_actions, torch.tensor([[1.5], [0.75]]))
     term.process_actions(-torch.ones(2, 1))
     torch.testing.assert_close(term.processed_actions, torch.tensor([[0.875], [0.3125]]))
+    bad = mdp.EMAJointPositionToLimitsActionCfg(asset_name="robot", joint_names=["j1"], alpha={"j1": 1.5})
     with pytest.raises(ConfigError, match="alpha"):
-        bad = mdp.EMAJointPositionToLimitsActionCfg(asset_name="robot", joint_names=["j1"], alpha={"j1": 1.5})
         bad.class_type(bad, env)
 
 

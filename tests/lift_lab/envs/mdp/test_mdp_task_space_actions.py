@@ -300,3 +300,24 @@ def test_scales_follow_the_targets_and_gains(env):
     term.process_actions(action)
     expected = [0.1] * 3 + [0.2] * 3 + [3.0] * 6 + [50.0] + [20.0] * 5 + [0.5] * 6
     torch.testing.assert_close(term.processed_actions[0], torch.tensor(expected))
+
+
+def test_a_task_frame_carries_the_targets(make_env):
+    env = make_env()
+    env.reset()
+    cfg = mdp.OperationalSpaceControllerActionCfg(
+        asset_name="robot",
+        joint_names=[".*"],
+        body_name="lower",
+        task_frame_rel_path="Ball",
+        controller_cfg=OperationalSpaceControllerCfg(target_types=["pose_abs"]),
+    )
+    term = cfg.class_type(cfg, env)
+    half = 0.5**0.5
+    pose = torch.tensor([[2.0, 0.0, 1.0, half, 0.0, 0.0, half]]).repeat(3, 1)
+    pose[:, :3] += env.scene.env_origins
+    env.scene["ball"].write_root_pose_to_sim(pose)
+    term.process_actions(torch.tensor([[0.3, 0.1, -0.2, 1.0, 0.0, 0.0, 0.0]]).repeat(3, 1))
+    # the ball is turned by 90 degrees; the arm's base stands at (0, 0, 0.5)
+    wanted = torch.tensor([2.0 - 0.1, 0.3, 0.5 - 0.2, half, 0.0, 0.0, half]).repeat(3, 1)
+    torch.testing.assert_close(term._osc.desired_ee_pose_b, wanted, atol=1e-6, rtol=0)

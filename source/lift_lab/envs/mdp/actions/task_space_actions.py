@@ -221,10 +221,6 @@ class OperationalSpaceControllerAction(ActionTerm):
     def apply_actions(self) -> None:
         """Set the effort targets."""
         effector = self._end_effector
-        force_b = None
-        if self._contact is not None:
-            sensor, column = self._contact
-            force_b = math_utils.quat_apply_inverse(self._asset.data.root_quat_w, sensor.data.net_forces_w[:, column])
         dynamics = self._dynamics
         efforts = self._osc.compute(
             jacobian_b=effector.jacobian_b(),

@@ -2,18 +2,29 @@
 
 import gymnasium as gym
 
-_CFG = "lift_lab_tasks.manager_based.manipulation.lift.config.franka.joint_pos_env_cfg"
-_AGENT = "lift_lab_tasks.manager_based.manipulation.lift.config.franka.agents.rsl_rl_ppo_cfg:LiftCubePPORunnerCfg"
+_LIFT = "lift_lab_tasks.manager_based.manipulation.lift"
+_FRANKA = f"{_LIFT}.config.franka"
+_JOINT_POS = f"{_FRANKA}.joint_pos_env_cfg"
+_PPO = f"{_FRANKA}.agents.rsl_rl_ppo_cfg:LiftCubePPORunnerCfg"
+_IK_PPO = f"{_FRANKA}.agents.rsl_rl_ppo_ik_cfg"
 
-for _id, _env_cfg in (
-    ("Lift-Cube-Franka", "FrankaCubeLiftEnvCfg"),
-    ("Lift-Cube-Franka-Play", "FrankaCubeLiftEnvCfg_PLAY"),
-    ("Lift-Cube-Franka-CL", "FrankaCubeLiftCurriculumEnvCfg"),
-    ("Lift-Cube-Franka-CL-Play", "FrankaCubeLiftCurriculumEnvCfg_PLAY"),
+_CURRICULA = {"step": f"{_JOINT_POS}:CurriculumCfg", "linear": f"{_FRANKA}.curricula:LinearCurriculumCfg", "none": None}
+
+for _id, _env_cfg, _agent in (
+    ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
+    ("Lift-Cube-Franka-CL", f"{_JOINT_POS}:FrankaCubeLiftCurriculumEnvCfg", _PPO),
+    ("Lift-Cube-Franka-IK-Rel", f"{_FRANKA}.ik_rel_env_cfg:FrankaCubeLiftEnvCfg", f"{_IK_PPO}:LiftCubeIKRelPPORunnerCfg"),
+    ("Lift-Cube-Franka-IK-Abs", f"{_FRANKA}.ik_abs_env_cfg:FrankaCubeLiftEnvCfg", f"{_IK_PPO}:LiftCubeIKAbsPPORunnerCfg"),
 ):
-    gym.register(
-        id=_id,
-        entry_point="lift_lab.envs:ManagerBasedRLEnv",
-        disable_env_checker=True,
-        kwargs={"env_cfg_entry_point": f"{_CFG}:{_env_cfg}", "rsl_rl_cfg_entry_point": _AGENT},
-    )
+    for _suffix, _cfg in (("", _env_cfg), ("-Play", f"{_env_cfg}_PLAY")):
+        gym.register(
+            id=f"{_id}{_suffix}",
+            entry_point="lift_lab.envs:ManagerBasedRLEnv",
+            disable_env_checker=True,
+            kwargs={
+                "env_cfg_entry_point": _cfg,
+                "rsl_rl_cfg_entry_point": _agent,
+                "success": f"{_LIFT}.mdp:object_reached_goal",
+                "presets": {"env.curriculum": _CURRICULA},
+            },
+        )

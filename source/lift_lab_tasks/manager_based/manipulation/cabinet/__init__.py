@@ -1,0 +1,1 @@
+"""The cabinet task: open a drawer by its handle."""

@@ -1,0 +1,1 @@
+"""The cabinet task, robot by robot."""

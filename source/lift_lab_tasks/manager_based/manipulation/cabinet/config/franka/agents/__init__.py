@@ -1,0 +1,1 @@
+"""Learning settings of the Franka cabinet task."""

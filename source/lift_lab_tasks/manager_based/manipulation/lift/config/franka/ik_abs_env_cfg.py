@@ -1,0 +1,39 @@
+"""The lift task with a Franka Panda driven by poses of the tool."""
+
+from __future__ import annotations
+
+from lift_lab.controllers import DifferentialIKControllerCfg
+from lift_lab.utils import configclass
+from lift_lab_assets.robots.franka import FRANKA_PANDA_HIGH_PD_CFG
+from lift_lab_tasks.manager_based.manipulation.lift import mdp
+
+from . import joint_pos_env_cfg
+
+
+@configclass
+class FrankaCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
+    """``Lift-Cube-Franka-IK-Abs``: position (m) and quaternion (wxyz) in the robot's root frame, and the gripper.
+
+    The controlled frame is the tool centre of ``ee_frame``, 10.34 cm before the hand (Isaac Lab: 10.7 cm).
+    """
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.scene.robot = FRANKA_PANDA_HIGH_PD_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
+        self.actions.arm_action = mdp.DifferentialInverseKinematicsActionCfg(
+            asset_name="robot",
+            joint_names=["panda_joint.*"],
+            body_name="panda_hand",
+            controller=DifferentialIKControllerCfg(command_type="pose", use_relative_mode=False, ik_method="dls"),
+            body_offset=mdp.DifferentialInverseKinematicsActionCfg.OffsetCfg(pos=(0.0, 0.0, 0.1034)),
+        )
+
+
+@configclass
+class FrankaCubeLiftEnvCfg_PLAY(FrankaCubeLiftEnvCfg):
+    """The task as it is shown: few environments, no observation noise."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.scene.num_envs = 50
+        self.observations.policy.enable_corruption = False

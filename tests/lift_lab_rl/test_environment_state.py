@@ -1,0 +1,130 @@
+"""An environment that is written down and read back goes on, bit by bit, as if nothing had happened."""
+
+import pytest
+import torch
+
+import lift_lab.envs.mdp as mdp
+from lift_lab.envs import ManagerBasedRLEnv
+from lift_lab.managers import EventTermCfg, ManagerTermBase, RewardTermCfg, SceneEntityCfg
+from lift_lab.utils.noise import UniformNoiseCfg
+from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
+from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_tasks.utils import parse_env_cfg
+
+
+class Habit(ManagerTermBase):
+    """A reward that depends on what it saw before and on random numbers of its own."""
+
+    def __init__(self, cfg, env):
+        super().__init__(cfg, env)
+        self.memory = torch.zeros(env.num_envs)
+        self.calls = 0
+        self.generator = torch.Generator().manual_seed(3)
+
+    def __call__(self, env):
+        self.calls += 1
+        self.memory = 0.9 * self.memory + torch.rand(env.num_envs, generator=self.generator)
+        return self.memory * (self.calls % 3)
+
+
+def make(num_envs=4, seed=1):
+    """A lift environment with everything that carries state from step to step."""
+    cfg = parse_env_cfg("Lift-Cube-Franka-CL", "cpu", num_envs)
+    cfg.seed = seed
+    cfg.sim.num_threads = 1
+    cfg.episode_length_s = 0.3
+    cfg.rewards.habit = RewardTermCfg(func=Habit, weight=1.0)
+    cfg.observations.policy.history_length = 3
+    cfg.observations.policy.joint_pos.noise = UniformNoiseCfg(n_min=-0.01, n_max=0.01)
+    cfg.commands.object_pose.resampling_time_range = (0.1, 0.2)
+    cfg.curriculum.joint_vel.params["num_steps"] = 10
+    cfg.events.mass = EventTermCfg(
+        func=mdp.randomize_rigid_body_mass,
+        mode="reset",
+        params={
+            "asset_cfg": SceneEntityCfg("object"),
+            "mass_distribution_params": (0.5, 2.0),
+            "operation": "scale",
+        },
+    )
+    cfg.events.push = EventTermCfg(
+        func=mdp.push_by_setting_velocity,
+        mode="interval",
+        interval_range_s=(0.05, 0.2),
+        params={"velocity_range": {"x": (-0.5, 0.5)}, "asset_cfg": SceneEntityCfg("object")},
+    )
+    return ManagerBasedRLEnv(cfg)
+
+
+def run(env, steps, seed=0):
+    """Everything that a learner sees in some steps of random actions."""
+    generator = torch.Generator().manual_seed(seed)
+    seen = []
+    for _ in range(steps):
+        actions = torch.randn(env.num_envs, env.action_manager.total_action_dim, generator=generator)
+        obs, rewards, terminated, truncated, _ = env.step(actions)
+        seen += [obs["policy"].clone(), rewards.clone(), terminated.clone(), truncated.clone()]
+    return seen
+
+
+@pytest.fixture
+def env():
+    env = make()
+    yield env
+    env.close()
+
+
+def test_an_environment_goes_on_as_if_it_had_not_stopped(env, tmp_path):
+    env.reset()
+    run(env, 25)
+    save_torch(tmp_path / "state.pt", {"env": env_state(env), "rng": rng_state()})
+    expected = run(env, 25, seed=1)
+    expected_weight = env.reward_manager.get_term_cfg("joint_vel").weight
+    env.close()
+
+    other = make(seed=77)
+    other.reset()
+    run(other, 3)
+    state = load_torch(tmp_path / "state.pt")
+    load_env_state(other, state["env"])
+    load_rng_state(state["rng"])
+    found = run(other, 25, seed=1)
+    assert other.reward_manager.get_term_cfg("joint_vel").weight == expected_weight == -0.1
+    assert other.common_step_counter == 50
+    other.close()
+    assert all(torch.equal(a, b) for a, b in zip(expected, found, strict=True))
+
+
+def test_writing_a_state_down_changes_nothing(env):
+    env.reset()
+    run(env, 5)
+    state, rng = env_state(env), rng_state()
+    first = run(env, 10, seed=1)
+    load_env_state(env, state)
+    load_rng_state(rng)
+    second = run(env, 10, seed=1)
+    assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
+
+
+def test_a_state_of_another_environment_is_refused(env):
+    env.reset()
+    state = env_state(env)
+    smaller = dict(state, physics=dict(state["physics"], rows={"state": torch.zeros(2, 5)}))
+    with pytest.raises(StateMismatchError, match="2 environments, this run 4"):
+        load_env_state(env, smaller)
+    del state["objects"]["common_step_counter"]
+    with pytest.raises(StateMismatchError, match="first 'common_step_counter'"):
+        load_env_state(env, state)
+
+
+def test_random_numbers_go_on_where_they_were():
+    import random
+
+    import numpy as np
+
+    state = rng_state()
+    first = (torch.rand(3), np.random.rand(3), [random.random() for _ in range(3)])
+    load_rng_state(state)
+    assert torch.equal(first[0], torch.rand(3))
+    assert (first[1] == np.random.rand(3)).all()
+    assert first[2] == [random.random() for _ in range(3)]

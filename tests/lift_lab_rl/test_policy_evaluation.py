@@ -1,0 +1,90 @@
+"""Evaluation counts whole episodes of every environment alike, and sees success at any step of an episode."""
+
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from lift_lab.managers import SceneEntityCfg, TerminationTermCfg
+from lift_lab.utils.errors import ConfigError
+from lift_lab_rl.evaluation import PROBE, SuccessProbe, add_success_probe, evaluate, milestones
+
+
+class CountingEnv:
+    """Environment k has episodes of ``lengths[k]`` steps, is paid 1 a step, and succeeds at step ``wins[k]`` (0: never)."""
+
+    device, step_dt = "cpu", 0.02
+
+    def __init__(self, lengths, wins):
+        self.num_envs = len(lengths)
+        self.lengths, self.wins = torch.tensor(lengths), torch.tensor(wins)
+        self.episode_length_buf = torch.zeros(self.num_envs, dtype=torch.long)
+        self.fired = {"drop": None, "time_out": None}
+        cfg = SimpleNamespace(params={"success": lambda env: env.episode_length_buf == env.wins, "success_params": {}})
+        self.probe = SuccessProbe(cfg, self)
+        self.termination_manager = SimpleNamespace(
+            active_terms=["drop", "time_out", PROBE],
+            get_term=lambda name: self.fired[name],
+            get_term_cfg=lambda name: SimpleNamespace(func=self.probe),
+        )
+
+    unwrapped = property(lambda self: self)
+
+    def get_observations(self):
+        return None
+
+    def step(self, actions):
+        self.episode_length_buf = self.episode_length_buf + 1
+        assert not self.probe(
+            self, **{"success": lambda env: env.episode_length_buf == env.wins, "success_params": {}}
+        ).any()
+        done = self.episode_length_buf >= self.lengths
+        self.fired = {"drop": done & (self.lengths < 5), "time_out": done & (self.lengths >= 5)}
+        self.episode_length_buf = torch.where(done, 0, self.episode_length_buf)
+        return None, torch.ones(self.num_envs), done.long(), {}
+
+
+def test_short_episodes_count_no_more_than_long_ones():
+    # Environment 0 ends ten times while environment 1 ends once; each counts twice.
+    env = CountingEnv(lengths=[1, 10], wins=[0, 10])
+    result = evaluate(env, lambda obs: None, 4)
+    assert [episode.length for episode in result.episodes] == [1, 10, 1, 10]
+    assert [episode.reward for episode in result.episodes] == [1.0, 10.0, 1.0, 10.0]
+    assert result.success_rate() == 0.5
+    assert result.success_rate(1) == 0.0
+    assert result.summary()["ends"] == {"drop": 2, "time_out": 2}
+
+
+def test_success_at_the_last_step_and_in_the_middle_both_count():
+    env = CountingEnv(lengths=[6, 6, 6], wins=[6, 2, 0])
+    result = evaluate(env, lambda obs: None, 3)
+    assert [episode.success_step for episode in result.episodes] == [6, 2, 0]
+    assert result.summary()["time_to_success_s"] == pytest.approx((6 + 2) / 2 * 0.02)
+
+
+def test_rates_are_given_over_the_first_10_50_100_and_all():
+    assert milestones(7) == [7]
+    assert milestones(10) == [10]
+    assert milestones(120) == [10, 50, 100, 120]
+    assert milestones(5000) == [10, 50, 100, 500, 1000, 5000]
+    env = CountingEnv(lengths=[3] * 20, wins=[1] * 10 + [0] * 10)
+    assert evaluate(env, lambda obs: None, 20).rates() == {10: 1.0, 20: 0.5}
+
+
+def reached(env, threshold=0.02, robot_cfg=SceneEntityCfg("robot")):
+    return env
+
+
+def test_the_probe_takes_success_from_the_registration_or_the_termination_of_that_name():
+    cfg = SimpleNamespace(terminations={})
+    add_success_probe(cfg, reached)
+    params = cfg.terminations[PROBE].params
+    assert params["success"] is reached
+    assert params["success_params"]["robot_cfg"].name == "robot"
+
+    cfg = SimpleNamespace(terminations={"success": TerminationTermCfg(func=reached, params={"threshold": 0.1})})
+    add_success_probe(cfg, None)
+    assert cfg.terminations[PROBE].params["success_params"]["threshold"] == 0.1
+
+    with pytest.raises(ConfigError, match="does not say what success is"):
+        add_success_probe(SimpleNamespace(terminations={}), None)

@@ -1,0 +1,180 @@
+"""The scripts do what their names say, and answer a user's mistake in one line with exit status 2."""
+
+import json
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+SMALL = ["--task", "Lift-Cube-Franka", "--device", "cpu", "--num_threads", "1"]
+
+
+@pytest.fixture
+def script(monkeypatch, capsys):
+    """Runs a script in this process; returns exit status, output and errors."""
+    threads = torch.get_num_threads()
+    monkeypatch.syspath_prepend(str(SCRIPTS / "rsl_rl"))
+
+    def call(name, *args):
+        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
+        captured = capsys.readouterr()
+        return ended.value.code, captured.out, captured.err
+
+    yield call
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """One folder for the module: later tests use the runs of earlier ones."""
+    return tmp_path_factory.mktemp("runs")
+
+
+@pytest.fixture(autouse=True)
+def _inside(place, monkeypatch):
+    monkeypatch.chdir(place)
+
+
+def runs(place, name):
+    found = sorted((place / "logs" / "rsl_rl" / "franka_lift").glob(f"*_{name}*"))
+    assert len(found) == 1
+    return found[0]
+
+
+def train(script, name, iterations, *more):
+    flags = [*SMALL, "--num_envs", 16, "--run_name", name, "--max_iterations", iterations, "--seed", 3]
+    return script("rsl_rl/train.py", *flags, "agent.save_interval=2", *more)
+
+
+def test_training_writes_models_curves_and_configurations(script, place):
+    status, out, _ = train(script, "whole", 4)
+    assert status == 0
+    run = runs(place, "whole")
+    names = {path.name for path in run.iterdir()}
+    assert {"model_2.pt", "model_4.pt", "resume_state_2.pt", "resume_state_4.pt", "params"} <= names
+    assert (run / "params" / "env.yaml").is_file()
+    assert (run / "params" / "agent.yaml").is_file()
+    assert any(name.startswith("events.out.tfevents") for name in names)
+    assert "Active Reward Terms" in out
+    assert [line.split(" | ")[0] for line in out.splitlines() if " | left " in line] == ["1/4", "2/4", "3/4", "4/4"]
+    assert not (place / "outputs").exists()
+
+
+def test_a_run_that_is_continued_ends_with_the_bytes_of_one_that_never_stopped(script, place):
+    train(script, "first_half", 2)
+    status, out, _ = train(script, "second_half", 4, "--resume", "--load_run", ".*_first_half")
+    assert status == 0
+    assert "continuing the episodes of iteration 2" in out
+    assert [line.split(" | ")[0] for line in out.splitlines() if " | left " in line] == ["3/4", "4/4"]
+    whole = (runs(place, "whole") / "model_4.pt").read_bytes()
+    assert (runs(place, "second_half") / "model_4.pt").read_bytes() == whole
+
+
+def test_two_threads_give_the_bytes_of_one(script, place):
+    train(script, "two_threads", 4, "--num_threads", 2)
+    whole = (runs(place, "whole") / "model_4.pt").read_bytes()
+    assert (runs(place, "two_threads") / "model_4.pt").read_bytes() == whole
+
+
+def test_without_the_saved_episodes_a_run_continues_with_fresh_ones(script, place):
+    (runs(place, "first_half") / "resume_state_2.pt").unlink()
+    status, out, _ = train(script, "fresh", 3, "--resume", "--load_run", ".*_first_half")
+    assert status == 0
+    assert "starting fresh episodes" in out
+    assert (runs(place, "fresh") / "model_3.pt").is_file()
+
+
+def test_another_configuration_continues_with_fresh_episodes(script, place):
+    more = ["--resume", "--load_run", ".*_whole", "--checkpoint", "model_2.pt", "env.rewards.lifting_object.weight=20"]
+    status, out, _ = train(script, "changed", 3, *more)
+    assert status == 0
+    assert "configuration differs" in out
+
+
+def test_evaluation_counts_episodes_and_writes_json(script, place):
+    status, out, _ = script("rsl_rl/evaluate.py", *SMALL, "--episodes", 4, "--json", "result.json")
+    assert status == 0
+    result = json.loads((place / "result.json").read_text())
+    assert result["episodes"] == sum(result["ends"].values()) == 4
+    assert set(result["success"]) == {"4"}
+    assert 0.0 < result["length_mean"] <= 250.0
+    assert "success, first 4 episodes" in out
+
+
+def test_playing_exports_the_policy_beside_its_checkpoint(script, place):
+    checkpoint = runs(place, "whole") / "model_4.pt"
+    flags = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_envs", 2, "--steps", 3]
+    status, out, _ = script("rsl_rl/play.py", *flags, "--checkpoint", checkpoint)
+    assert status == 0
+    assert (checkpoint.parent / "exported" / "policy.onnx").is_file()
+    policy = torch.jit.load(str(checkpoint.parent / "exported" / "policy.pt"))
+    assert policy(torch.zeros(2, 36)).shape == (2, 8)
+
+
+def test_the_benchmark_measures_engine_and_environment(script, place):
+    flags = ["--task", "Lift-Cube-Franka", "--device", "cpu", "--num_envs", 8, "--steps", 5, "--json", "speed.json"]
+    status, _, _ = script("benchmark.py", *flags)
+    assert status == 0
+    result = json.loads((place / "speed.json").read_text())
+    assert 0.0 < result["ratio"] <= 1.5
+    assert result["ratio"] == pytest.approx(result["env_steps_per_s"] * 4 / result["physics_steps_per_s"])
+
+
+def test_tasks_are_listed(script):
+    status, out, _ = script("list_envs.py", "--keyword", "lift-cube-franka")
+    assert status == 0
+    assert "Lift-Cube-Franka-CL-Play" in out
+
+
+@pytest.mark.parametrize(
+    ("name", "args", "message"),
+    [
+        (
+            "rsl_rl/train.py",
+            ["--task", "Lift-Cube-Frank"],
+            "unknown task 'Lift-Cube-Frank'; did you mean 'Lift-Cube-Franka'",
+        ),
+        ("rsl_rl/train.py", [], "required: --task"),
+        ("rsl_rl/train.py", [*SMALL, "--num_env", "4"], "unknown flag '--num_env'; did you mean --num_envs"),
+        ("rsl_rl/train.py", [*SMALL, "--num_envs", "0"], "at least 1, got '0'"),
+        ("rsl_rl/train.py", [*SMALL, "env.rewards.lift.weight=2"], "unknown override key 'env.rewards.lift.weight'"),
+        ("rsl_rl/train.py", [*SMALL, "env.decimation=a"], "env.decimation: expected int, got str 'a'"),
+        ("rsl_rl/train.py", [*SMALL, "--device", "cuda:77"], "'cuda:77' is not available"),
+        ("rsl_rl/train.py", [*SMALL, "--agent", "rsl_cfg"], "has no 'rsl_cfg'; did you mean"),
+        ("rsl_rl/train.py", [*SMALL, "--checkpoint", "x.pt"], "add --resume"),
+        ("rsl_rl/train.py", [*SMALL, "--experiment_name", "none", "--resume"], "train first"),
+        ("rsl_rl/train.py", [*SMALL, "--resume", "--load_run", ".*whole", "--max_iterations", "4"], "finished 4 of 4"),
+        ("rsl_rl/play.py", [*SMALL, "--checkpoint", "logs/nothing/model_1.pt"], "'logs' has no 'nothing'"),
+        ("rsl_rl/evaluate.py", [*SMALL, "--load_run", "absent"], "no run in"),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--num_envs", "2", "env.actions.arm_action.joint_names=[panda_jont.*]"],
+            "did you mean 'panda_joint1'",
+        ),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--num_envs", "2", "env.scene.object.spawn.usd_path=cubee.usda"],
+            "did you mean 'cube.usda'",
+        ),
+        ("list_envs.py", ["--keyword", "zzz"], "no task contains 'zzz'"),
+        ("list_envs.py", ["extra"], "unexpected argument 'extra'"),
+        ("benchmark.py", ["--task", "Lift-Cube-Franka", "--steps", "0"], "at least 1, got '0'"),
+    ],
+)
+def test_a_mistake_is_answered_in_one_line(script, name, args, message):
+    status, _, err = script(name, *args)
+    assert status == 2
+    assert err.startswith("error: ")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_flags_of_isaac_sims_window_are_named_as_ignored(script):
+    status, _, err = script("rsl_rl/train.py", "--task", "nothing", "--headless", "--enable_cameras")
+    assert status == 2
+    assert err.splitlines()[0] == "ignored: --headless, --enable_cameras (there is no simulator window here)"
