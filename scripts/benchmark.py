@@ -57,10 +57,10 @@ def main() -> int:
     from lift_lab_rl.files import write_atomically
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose, names_path
+    from lift_lab_tasks.utils.hydra import compose
 
     env_cfg, _ = compose(args.task, None, overrides)
-    runs.apply_flags(env_cfg, None, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    runs.apply_flags(env_cfg, None, args, args.task, overrides)
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
     before = time.perf_counter()

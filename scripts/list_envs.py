@@ -1,6 +1,7 @@
 """List the registered tasks.
 
 python scripts/list_envs.py [--keyword TEXT]
+python scripts/list_envs.py --describe ID [overrides]
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from lift_lab.app import cli
 
 
 def main() -> int:
-    parser = cli.Parser(__doc__, overrides=False)
+    parser = cli.Parser(__doc__)
     parser.add_argument("--keyword", type=str, default=None, help="show only ids that contain this, in any case")
-    args, _ = parser.parse()
+    parser.add_argument("--describe", type=str, default=None, metavar="ID", help="show what a task is made of")
+    args, overrides = parser.parse()
+    if overrides and args.describe is None:
+        parser.error(f"unexpected argument '{overrides[0]}'")
 
     from rich.console import Console
     from rich.table import Table
@@ -20,6 +24,15 @@ def main() -> int:
     from lift_lab.utils.errors import NotFoundError, suggest
     from lift_lab_tasks.utils import registered_tasks, task_kwargs
 
+    console = Console()
+    # A table that is piped into another program is not cut to the width of a terminal.
+    console = console if console.is_terminal else Console(width=200)
+    if args.describe is not None:
+        from lift_lab_tasks.utils.describe import describe
+
+        for part in describe(args.describe, overrides):
+            console.print(part)
+        return 0
     names = [n for n in registered_tasks() if args.keyword is None or args.keyword.lower() in n.lower()]
     if not names:
         raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', registered_tasks())}")
@@ -30,9 +43,7 @@ def main() -> int:
             k.removesuffix("_cfg_entry_point") for k in kwargs if k.endswith("_cfg_entry_point") and k[:4] != "env_"
         ]
         table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents))
-    console = Console()
-    # A table that is piped into another program is not cut to the width of a terminal.
-    console.print(table) if console.is_terminal else Console(width=200).print(table)
+    console.print(table)
     return 0
 
 

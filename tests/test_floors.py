@@ -21,6 +21,7 @@ FLOORS = [
         "lift_lab.markers",
         "lift_lab.sensors",
         "lift_lab.terrains",
+        "lift_lab.visualizers",
     },
     {"lift_lab.scene"},
     {"lift_lab.managers"},
@@ -90,6 +91,7 @@ def test_imports_run_downward_only():
     [
         ("rsl_rl", ("lift_lab_rl", "lift_lab_tasks")),
         ("hydra", ("lift_lab_tasks",)),
+        ("viser", ("lift_lab.visualizers",)),
         ("warp", ("lift_lab.sim.physics.warp",)),
         ("mujoco_warp", ("lift_lab.sim.physics.warp",)),
     ],

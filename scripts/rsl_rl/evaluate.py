@@ -26,6 +26,14 @@ def parse():
     )
     parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
     parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
+    parser.add_argument(
+        "--perturb",
+        action="append",
+        default=[],
+        metavar="NAME=NUMBER",
+        help="change the task: mass=2 and friction=0.5 (factors), pose=1.5 (starts outside the trained range, within "
+        "this factor of it), delay=0.01 (of actions, in s); give several to combine them",
+    )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     return parser.parse()
 
@@ -39,19 +47,23 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.evaluation import add_success_probe, evaluate
     from lift_lab_rl.files import write_atomically
+    from lift_lab_rl.generalisation import perturb
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs, task_kwargs
-    from lift_lab_tasks.utils.hydra import compose, names_path
+    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.parse_cfg import names_path
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     if args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
+    for text in args.perturb:
+        perturb(env_cfg, text)
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
     env = gym.make(args.task, cfg=env_cfg)
@@ -67,9 +79,10 @@ def main() -> int:
         env.close()
         launcher.app.close()
     summary = result.summary()
-    show(args.task, checkpoint, summary)
+    show(" ".join([args.task, *args.perturb]), checkpoint, summary)
     if args.json is not None:
-        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": agent_cfg.seed, **summary}
+        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": agent_cfg.seed, "perturb": args.perturb}
+        content |= summary
         write_atomically(args.json, (json.dumps(content, indent=2) + "\n").encode())
         print(f"written: {args.json}")
     return 0
@@ -82,13 +95,18 @@ def show(task: str, checkpoint: Path, summary: dict) -> None:
 
     table = Table("measure", "value", title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
     for count, rate in summary["success"].items():
-        table.add_row(f"success, first {count} episodes", f"{round(rate * int(count))} of {count} ({rate:.1%})")
+        low, high = summary["success_interval"][count]
+        text = f"{round(rate * int(count))} of {count} ({rate:.1%}, 95 % interval {low:.1%} to {high:.1%})"
+        table.add_row(f"success, first {count} episodes", text)
     table.add_row("reward, mean ± deviation", f"{summary['reward_mean']:.2f} ± {summary['reward_std']:.2f}")
     table.add_row("reward, least / most", f"{summary['reward_min']:.2f} / {summary['reward_max']:.2f}")
     seconds = summary["time_to_success_s"]
     table.add_row("time to success, mean", "-" if seconds is None else f"{seconds:.2f} s")
     table.add_row("episode length, mean", f"{summary['length_mean']:.1f} steps")
     table.add_row("episodes ended by", ", ".join(f"{name} {count}" for name, count in summary["ends"].items()))
+    for key, value in summary["logs"].items():
+        if key.startswith("Metrics/") and not key.startswith("Metrics/physics/"):
+            table.add_row(key.removeprefix("Metrics/"), f"{value:.4g}")
     Console().print(table)
 
 

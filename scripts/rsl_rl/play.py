@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 
 from cli_args import make_parser, positive
+from watching import add_watching_args, is_asked, watch
 
 from lift_lab.app import AppLauncher, cli
 
@@ -23,12 +24,15 @@ def parse():
     )
     parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
     parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    add_watching_args(parser)
     return parser.parse()
 
 
 def main() -> int:
     args, overrides = parse()
     launcher = AppLauncher(args)
+    if is_asked(args):
+        return watch(args, overrides)
     if args.video:
         os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -46,14 +50,14 @@ def main() -> int:
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import RecordVideo, require_video
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose, names_path
+    from lift_lab_tasks.utils.hydra import compose
 
     if args.video:
         require_video()
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     if args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()

@@ -54,7 +54,7 @@ def main() -> int:
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import RecordVideo, require_video
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose, names_path
+    from lift_lab_tasks.utils.hydra import compose
 
     console = Console()
 
@@ -69,7 +69,7 @@ def main() -> int:
         if agent_cfg.logger == "tensorboard":
             raise ConfigError("--log_project_name needs --logger wandb or neptune")
         setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, names_path(overrides, "env.scene.num_envs"))
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     resume = args.resume or agent_cfg.resume
     if args.video:
         require_video()
@@ -104,6 +104,7 @@ def main() -> int:
         run_dir.mkdir(parents=True, exist_ok=True)
         dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
         dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
         say(f"{args.task}: {wrapped.num_envs} environments on {wrapped.device}, seed {agent_cfg.seed}")
         say(f"writing to {run_dir}")
         say(f"started in {time.perf_counter() - START:.1f} s")

@@ -39,7 +39,7 @@ DRAWER_FRONT = 0.1685
 """Height of a drawer's front, m; its middle is as high as its handle."""
 HANDLE: Vec3 = (0.305, 0.0, 0.01)
 """Middle of a drawer's handle in its frame, m. Behind the bar are 2.9 cm of air for a finger."""
-HANDLE_BAR: Vec3 = (0.012, 0.16, 0.016)
+HANDLE_BAR: Vec3 = (0.012, 0.16, 0.02)
 """Bar of a drawer's handle, m: a finger goes above it and one below."""
 DRAWER_STROKE = 0.4
 """How far a drawer comes out, m."""
@@ -128,9 +128,7 @@ GRASPED = ("drawer_handle_top", "drawer_handle_bottom")
 
 
 def _joint(name: str, child: str, kind: str, axis: str, upper: float, velocity: float) -> Joint:
-    return Joint(
-        name, kind, "sektion", child, PARTS[child].xyz, axis=axis, upper=upper, velocity=velocity, effort=87.0
-    )
+    return Joint(name, kind, "sektion", child, PARTS[child].xyz, axis=axis, upper=upper, velocity=velocity, effort=87.0)
 
 
 JOINTS: tuple[Joint, ...] = (

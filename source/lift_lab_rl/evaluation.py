@@ -23,6 +23,8 @@ from lift_lab.managers import ManagerTermBase, SceneEntityCfg, TerminationTermCf
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import string_to_callable
 
+from .intervals import wilson_interval
+
 PROBE = "evaluation_probe"
 """Name of the termination term that watches for success and ends nothing."""
 
@@ -64,6 +66,8 @@ class Evaluation:
     step_dt_s: float
     """Environment step in s."""
     episodes: list[Episode] = field(default_factory=list)
+    logs: dict[str, float] = field(default_factory=dict)
+    """The environment's logs (``Episode_Reward/...``, ``Metrics/...``), each averaged over the counted episodes."""
 
     def success_rate(self, count: int | None = None) -> float:
         """Share of the first ``count`` episodes (None: of all) that succeeded at any step."""
@@ -73,6 +77,10 @@ class Evaluation:
     def rates(self) -> dict[int, float]:
         """Success rate over the first 10, 50, 100, 500, ... episodes, and over all."""
         return {count: self.success_rate(count) for count in milestones(len(self.episodes))}
+
+    def intervals(self) -> dict[int, tuple[float, float]]:
+        """95 % confidence intervals (Wilson's) of :meth:`rates`."""
+        return {count: wilson_interval(round(rate * count), count) for count, rate in self.rates().items()}
 
     def summary(self) -> dict[str, Any]:
         """The figures of a report, as plain values."""
@@ -85,13 +93,16 @@ class Evaluation:
         return {
             "episodes": len(self.episodes),
             "success": {str(count): rate for count, rate in self.rates().items()},
+            "success_interval": {str(count): list(ends) for count, ends in self.intervals().items()},
             "reward_mean": rewards.mean().item(),
             "reward_std": rewards.std(correction=0).item(),
             "reward_min": rewards.min().item(),
             "reward_max": rewards.max().item(),
             "length_mean": sum(lengths) / len(lengths),
+            "length_min": min(lengths),
             "time_to_success_s": sum(times) / len(times) if times else None,
             "ends": ends,
+            "logs": self.logs,
         }
 
 
@@ -165,9 +176,10 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     lengths = torch.zeros(env.num_envs, dtype=torch.long, device=env.device)
     obs = env.get_observations()
     left = env.num_envs * rounds
+    logs: dict[str, list[tuple[float, int]]] = {}
     with torch.inference_mode():
         while left:
-            obs, rewards, dones, _ = env.step(policy(obs))
+            obs, rewards, dones, extras = env.step(policy(obs))
             returns += rewards
             lengths += 1
             ids = dones.nonzero().flatten()
@@ -177,13 +189,20 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
             rows = zip(
                 ids.tolist(), returns[ids].tolist(), lengths[ids].tolist(), probe.first_step[ids].tolist(), strict=True
             )
+            counted = left
             for k, (env_id, total, length, step) in enumerate(rows):
                 if len(finished[env_id]) < rounds:
                     end = next((name for name, flags in zip(names, ends, strict=True) if flags[k]), "physics failure")
                     finished[env_id].append(Episode(total, length, step, end))
                     left -= 1
+            # A log is a mean over all episodes that ended in this step: those beyond the rounds come along.
+            if counted > left:
+                for key, value in extras.get("log", {}).items():
+                    if key.startswith(("Episode_Reward/", "Metrics/")):
+                        logs.setdefault(key, []).append((float(value), counted - left))
             returns[ids] = 0.0
             lengths[ids] = 0
             probe.first_step[ids] = 0
     ordered = [finished[env_id][k] for k in range(rounds) for env_id in range(env.num_envs)]
-    return Evaluation(inner.step_dt, ordered[:episodes])
+    means = {key: sum(v * n for v, n in pairs) / sum(n for _, n in pairs) for key, pairs in logs.items()}
+    return Evaluation(inner.step_dt, ordered[:episodes], means)

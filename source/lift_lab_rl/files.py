@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -66,3 +67,14 @@ def load_torch(path: str | Path, map_location: str | None = "cpu") -> Any:
     except (RuntimeError, EOFError, OSError, ValueError, KeyError, pickle.UnpicklingError) as error:
         reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise FileError(f"cannot read '{path}': {reason[:160]}") from error
+
+
+def canonical(value: Any) -> Any:
+    """The same content in new containers, so that equal content gives equal bytes whatever its history."""
+    if isinstance(value, torch.Tensor):
+        return value.detach().clone()
+    if isinstance(value, dict):
+        return {(sys.intern(key) if isinstance(key, str) else key): canonical(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return type(value)(canonical(entry) for entry in value)
+    return value

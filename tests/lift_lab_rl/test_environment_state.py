@@ -123,8 +123,8 @@ def test_random_numbers_go_on_where_they_were():
     import numpy as np
 
     state = rng_state()
-    first = (torch.rand(3), np.random.rand(3), [random.random() for _ in range(3)])
+    first = (torch.rand(3), np.random.rand(3), [random.random() for _ in range(3)])  # noqa: NPY002
     load_rng_state(state)
     assert torch.equal(first[0], torch.rand(3))
-    assert (first[1] == np.random.rand(3)).all()
+    assert (first[1] == np.random.rand(3)).all()  # noqa: NPY002
     assert first[2] == [random.random() for _ in range(3)]

@@ -11,7 +11,7 @@ from lift_lab_rl.evaluation import PROBE, SuccessProbe, add_success_probe, evalu
 
 
 class CountingEnv:
-    """Environment k has episodes of ``lengths[k]`` steps, is paid 1 a step, and succeeds at step ``wins[k]`` (0: never)."""
+    """Environment k has episodes of ``lengths[k]`` steps, 1 of reward a step, and success at step ``wins[k]``."""
 
     device, step_dt = "cpu", 0.02
 

@@ -124,10 +124,12 @@ def test_an_isaac_lab_task_runs_after_renaming_its_import_root(isaaclab_task_ids
             assert observations["policy"].shape == (NUM_ENVS, num_observations)
             assert observations["policy"].isfinite().all()
             action = 2.0 * torch.rand(NUM_ENVS, num_actions, generator=generator) - 1.0
-            observations, reward, terminated, truncated, _ = env.step(action)
+            observations, reward, terminated, truncated, extras = env.step(action)
             assert reward.shape == (NUM_ENVS,)
             assert reward.isfinite().all()
             assert not (terminated & truncated).any()
+            failures = {k: v for k, v in extras.get("log", {}).items() if k.startswith("Metrics/physics/")}
+            assert not any(failures.values())
         assert not env.sim.physics.health().failed.any()
     finally:
         env.close()

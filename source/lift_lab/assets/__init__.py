@@ -5,6 +5,8 @@ from .asset_base import AssetBase
 from .asset_base_cfg import AssetBaseCfg
 from .deformable_object import DeformableObject, DeformableObjectCfg
 from .rigid_object import RigidObject, RigidObjectCfg, RigidObjectData
+from .rigid_object_collection import RigidObjectCollection, RigidObjectCollectionCfg
+from .surface_gripper import SurfaceGripper, SurfaceGripperCfg
 
 __all__ = [
     "Articulation",
@@ -16,5 +18,9 @@ __all__ = [
     "DeformableObjectCfg",
     "RigidObject",
     "RigidObjectCfg",
+    "RigidObjectCollection",
+    "RigidObjectCollectionCfg",
     "RigidObjectData",
+    "SurfaceGripper",
+    "SurfaceGripperCfg",
 ]

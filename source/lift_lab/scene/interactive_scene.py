@@ -64,6 +64,7 @@ class InteractiveScene:
         self._statics: dict[str, AssetBase] = {}
         self._sensors: dict[str, SensorBase] = {}
         self._terrain: TerrainImporterCfg | None = None
+        self._terrain_field = ""
         if cfg.clone_in_fabric:
             note_ignored("scene.clone_in_fabric", "Omniverse Fabric")
         if not cfg.replicate_physics:
@@ -78,7 +79,7 @@ class InteractiveScene:
                 continue
             if isinstance(cfg, TerrainImporterCfg):
                 cfg.spawn_into(self.spec, name)
-                self._terrain = cfg
+                self._terrain, self._terrain_field = cfg, name
                 continue
             if not isinstance(cfg, AssetBaseCfg):
                 raise ConfigError(f"scene.{name}: {type(cfg).__name__} is no asset, sensor or terrain config")
@@ -93,12 +94,17 @@ class InteractiveScene:
         for name, cfg in entities:
             if isinstance(cfg, SensorBaseCfg):
                 sensor = cfg.class_type(cfg)
-                sensor.build(self.spec, name, self._movables)
+                sensor.build(self.spec, name, self._prim_paths)
                 self._sensors[name] = sensor
 
     @property
     def _movables(self) -> dict[str, Articulation | RigidObject]:
         return {**self._articulations, **self._rigid_objects}
+
+    @property
+    def _prim_paths(self) -> dict[str, str]:
+        paths = {name: asset.cfg.prim_path for name, asset in {**self._movables, **self._statics}.items()}
+        return paths if self._terrain is None else {**paths, self._terrain_field: self._terrain.prim_path}
 
     def initialize(self) -> None:
         """Find all entities in the compiled model (called by :meth:`SimulationContext.reset`)."""
@@ -167,8 +173,10 @@ class InteractiveScene:
 
     @property
     def requires_substep_writes(self) -> bool:
-        """Whether something must be computed before each physics step, so that substeps cannot be fused."""
-        return any(asset.has_explicit_actuators for asset in self._articulations.values())
+        """Whether something must be computed between two physics steps, so that substeps cannot be fused."""
+        return any(asset.has_explicit_actuators for asset in self._articulations.values()) or any(
+            sensor.needs_every_substep for sensor in self._sensors.values()
+        )
 
     def keys(self) -> list[str]:
         """Names of all entities."""

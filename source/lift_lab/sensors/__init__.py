@@ -1,8 +1,10 @@
 """Sensors."""
 
 from .camera import Camera, CameraCfg, TiledCamera, TiledCameraCfg
-from .contact_sensor import ContactSensor, ContactSensorCfg
+from .contact_sensor import ContactSensor, ContactSensorCfg, ContactSensorData
 from .frame_transformer import FrameTransformer, FrameTransformerCfg, FrameTransformerData, OffsetCfg
+from .imu import Imu, ImuCfg, ImuData
+from .ray_caster import RayCaster, RayCasterCamera, RayCasterCameraCfg, RayCasterCfg, patterns
 from .sensor_base import SensorBase
 from .sensor_base_cfg import SensorBaseCfg
 
@@ -11,12 +13,21 @@ __all__ = [
     "CameraCfg",
     "ContactSensor",
     "ContactSensorCfg",
+    "ContactSensorData",
     "FrameTransformer",
     "FrameTransformerCfg",
     "FrameTransformerData",
+    "Imu",
+    "ImuCfg",
+    "ImuData",
     "OffsetCfg",
+    "RayCaster",
+    "RayCasterCamera",
+    "RayCasterCameraCfg",
+    "RayCasterCfg",
     "SensorBase",
     "SensorBaseCfg",
     "TiledCamera",
     "TiledCameraCfg",
+    "patterns",
 ]

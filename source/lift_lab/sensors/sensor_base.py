@@ -13,14 +13,18 @@ from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.string import resolve_matching_names
 
 if TYPE_CHECKING:
-    from lift_lab.assets import Articulation, RigidObject
     from lift_lab.sim.physics.base import Physics
 
     from .sensor_base_cfg import SensorBaseCfg
 
+_ENV_REGEX_NS = "/World/envs/env_.*"
+"""What ``{ENV_REGEX_NS}`` stands for, where a config writes it out."""
+
 
 class SensorBase(ABC):
     """A sensor reads the engine's state on demand."""
+
+    _debug_vis: bool | None = None
 
     def __init__(self, cfg: SensorBaseCfg):
         self.cfg = cfg.copy()
@@ -41,8 +45,19 @@ class SensorBase(ABC):
         """Torch device of the readings."""
         return str(self._physics.device)
 
-    def build(self, spec: mujoco.MjSpec, name: str, assets: Mapping[str, Articulation | RigidObject]) -> None:
-        """Add to the scene's spec what the sensor needs there."""
+    @property
+    def needs_every_substep(self) -> bool:
+        """Whether the sensor must be updated after each physics step, so that substeps cannot be fused."""
+        return False
+
+    def build(self, spec: mujoco.MjSpec, name: str, prim_paths: Mapping[str, str]) -> None:
+        """Add to the scene's spec what the sensor needs there.
+
+        Args:
+            spec: the scene.
+            name: the scene's name for the sensor.
+            prim_paths: prim path of every asset and terrain, by the scene's name for it.
+        """
         self.name = name
 
     def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
@@ -50,15 +65,68 @@ class SensorBase(ABC):
         self._physics = physics
         self._env_origins_w = env_origins_w
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None = None) -> None:
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None = None) -> None:  # noqa: B027 - some have none
         """Forget past readings of some environments."""
 
-    def update(self, dt: float, force_recompute: bool = False) -> None:
+    @property
+    def has_debug_vis_implementation(self) -> bool:
+        """Whether the sensor can draw markers."""
+        return type(self)._set_debug_vis_impl is not SensorBase._set_debug_vis_impl
+
+    def set_debug_vis(self, debug_vis: bool) -> bool:
+        """Show or hide the sensor's markers; returns whether it has any."""
+        if not self.has_debug_vis_implementation:
+            return False
+        self._set_debug_vis_impl(debug_vis)
+        self._debug_vis = debug_vis
+        return True
+
+    def update_debug_vis(self) -> None:
+        """Move the markers to the current readings; a viewer calls this once for each frame."""
+        if self._debug_vis is None:
+            self._debug_vis = self.cfg.debug_vis and self.set_debug_vis(True)
+        if self._debug_vis:
+            self._debug_vis_callback(None)
+
+    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
+        """Make the markers if needed and set their visibility."""
+        raise NotImplementedError(f"{type(self).__name__} draws no markers")
+
+    def _debug_vis_callback(self, event: Any) -> None:
+        """Write the current readings into the markers; ``event`` is always None."""
+        raise NotImplementedError(f"{type(self).__name__} draws no markers")
+
+    def update(self, dt: float, force_recompute: bool = False) -> None:  # noqa: B027 - most read on demand
         """Take note that the engine moved on by ``dt`` seconds."""
 
 
+def find_asset_by_prim_path(prim_paths: Mapping[str, str], prim_path: str, where: str) -> tuple[str, str | None]:
+    """The asset whose prim path a path begins with, and what follows in it.
+
+    Args:
+        prim_paths: prim path of every asset, by name.
+        prim_path: e.g. ``"{ENV_REGEX_NS}/Robot/panda_hand"``.
+        where: for messages, e.g. ``"scene.ee_frame.prim_path"``.
+
+    Returns:
+        The asset's name and the last part of the path, None where the path is the asset's own.
+
+    Raises:
+        ConfigError: no asset answers to the path.
+    """
+    wanted = prim_path.replace(_ENV_REGEX_NS, "{ENV_REGEX_NS}")
+    for name, path in prim_paths.items():
+        base = path.replace(_ENV_REGEX_NS, "{ENV_REGEX_NS}")
+        if wanted == base:
+            return name, None
+        if wanted.startswith(f"{base}/"):
+            return name, wanted.rsplit("/", 1)[-1]
+    known = prim_paths.values()
+    raise ConfigError(f"{where}: no asset has the prim path '{prim_path}'; {suggest(prim_path, known)}")
+
+
 def find_bodies_by_prim_path(
-    spec: mujoco.MjSpec, assets: Mapping[str, Articulation | RigidObject], prim_path: str, where: str
+    spec: mujoco.MjSpec, prim_paths: Mapping[str, str], prim_path: str, where: str
 ) -> list[str]:
     """Names in the scene's spec of the bodies that a prim path pattern means.
 
@@ -66,25 +134,21 @@ def find_bodies_by_prim_path(
 
     Args:
         spec: the scene.
-        assets: assets by name.
+        prim_paths: prim path of every asset, by name.
         prim_path: e.g. ``"{ENV_REGEX_NS}/Robot/panda_hand"``; the last part may be a regular expression.
         where: for messages, e.g. ``"scene.ee_frame.prim_path"``.
 
     Raises:
         ConfigError: no asset or body answers to the path.
     """
-    for name, asset in assets.items():
-        base = asset.cfg.prim_path
-        if prim_path != base and not prim_path.startswith(f"{base}/"):
-            continue
-        bodies = [b.name[len(name) + 1 :] for b in spec.bodies if b.name.startswith(f"{name}/")]
-        if prim_path == base:
-            return [f"{name}/{bodies[0]}"]
-        leaf = prim_path.rsplit("/", 1)[-1]
-        try:
-            _, found = resolve_matching_names([leaf], bodies)
-        except ValueError:
-            raise ConfigError(f"{where}: '{name}' has no body '{leaf}'; {suggest(leaf, bodies)}") from None
-        return [f"{name}/{body}" for body in found]
-    known = [asset.cfg.prim_path for asset in assets.values()]
-    raise ConfigError(f"{where}: no asset has the prim path '{prim_path}'; {suggest(prim_path, known)}")
+    name, leaf = find_asset_by_prim_path(prim_paths, prim_path, where)
+    bodies = [b.name[len(name) + 1 :] for b in spec.bodies if b.name.startswith(f"{name}/")]
+    if not bodies:
+        raise ConfigError(f"{where}: '{name}' is static, it has no body")
+    if leaf is None:
+        return [f"{name}/{bodies[0]}"]
+    try:
+        _, found = resolve_matching_names([leaf], bodies)
+    except ValueError:
+        raise ConfigError(f"{where}: '{name}' has no body '{leaf}'; {suggest(leaf, bodies)}") from None
+    return [f"{name}/{body}" for body in found]

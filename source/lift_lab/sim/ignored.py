@@ -15,7 +15,7 @@ from rich.table import Table
 logger = logging.getLogger(__name__)
 
 _pending: dict[str, str] = {}
-_reported: set[str] = set()
+_reported: dict[str, str] = {}
 
 
 def note_ignored(path: str, reason: str) -> None:
@@ -39,6 +39,11 @@ def note_ignored_fields(path: str, cfg: object, reasons: dict[str, str]) -> None
 def pending_ignored() -> dict[str, str]:
     """Settings noted since the last report: path -> reason."""
     return dict(_pending)
+
+
+def ignored_settings() -> dict[str, str]:
+    """All settings noted in this process, reported or not: path -> reason."""
+    return {**_reported, **_pending}
 
 
 def report_ignored() -> str | None:

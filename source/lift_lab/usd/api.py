@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import mujoco
-from pxr import Usd
+from pxr import Tf, Usd, UsdUtils
 
 from lift_lab.usd.audit import raise_on_ignored, reject_nan
 from lift_lab.usd.build import Builder
 from lift_lab.usd.parse import parse
-from lift_lab.usd.report import ImportReport
-from lift_lab.usd.stage import open_stage
+from lift_lab.usd.report import ImportReport, UsdImportError
+from lift_lab.usd.stage import first_line, note_diagnostics, open_stage
 
 
 def load(
@@ -38,12 +38,18 @@ def load(
     Raises:
         UsdImportError: The stage cannot be imported; the message names file, prim and attribute.
     """
-    stage, name = open_stage(path, variants, scale)
-    default = stage.GetDefaultPrim()
-    report = ImportReport(name, default.GetName() if default else "")
-    reject_nan(stage, name)
-    parsed = parse(stage, name, report)
-    spec = Builder(parsed, restitution).build()
+    diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # holds USD's own warnings back from stderr
+    name = path.GetRootLayer().identifier if isinstance(path, Usd.Stage) else str(path)
+    try:
+        stage = open_stage(path, name, variants, scale)
+        default = stage.GetDefaultPrim()
+        report = ImportReport(name, default.GetName() if default else "")
+        reject_nan(stage, name)
+        parsed = parse(stage, name, report)
+        spec = Builder(parsed, restitution).build()
+    except Tf.ErrorException as error:
+        raise UsdImportError(name, reason=first_line(error)) from None
+    note_diagnostics(diagnostics, report)
     if strict:
         raise_on_ignored(parsed)
     return spec, report

@@ -7,9 +7,10 @@ import re
 from functools import cache
 
 import numpy as np
-from pxr import Usd
+from pxr import Gf, Usd
 
-from lift_lab.usd.parse import ParsedStage
+from lift_lab.usd import dialects
+from lift_lab.usd.parse import ParsedStage, value_of
 from lift_lab.usd.report import UsdImportError
 
 _PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|physx\w*)(:|$)")
@@ -18,34 +19,26 @@ _CHECKED = re.compile(
     r"|^(points|radius\w*|height|size|width|length|positions|orientations|scales)$"
 )
 
-_READ_ATTRIBUTES = """
+_READ_ELSEWHERE = """
 physics:body0 physics:body1 physics:localPos0 physics:localPos1 physics:localRot0 physics:localRot1 physics:axis
 physics:lowerLimit physics:upperLimit physics:coneAngle?Limit physics:minDistance physics:maxDistance
-physics:jointEnabled physics:collisionEnabled physics:excludeFromArticulation physics:breakForce
-physics:breakTorque physics:rigidBodyEnabled physics:kinematicEnabled physics:mass physics:density
-physics:centerOfMass physics:diagonalInertia physics:principalAxes physics:approximation physics:dynamicFriction
-physics:staticFriction physics:restitution physics:gravityDirection physics:gravityMagnitude
-physics:filteredPairs physics:filteredGroups physics:invertFilteredGroups physics:mergeGroup
-drive:*:physics:type drive:*:physics:stiffness drive:*:physics:damping drive:*:physics:maxForce
-drive:*:physics:targetPosition drive:*:physics:targetVelocity limit:*:physics:low limit:*:physics:high
-state:*:physics:position newton:armature newton:damping newton:friction newton:velocityLimit newton:mimic*
-newton:inertia newton:contactMargin newton:contactGap newton:maxHullVertices newton:torsionalFriction
-newton:rollingFriction newton:selfCollisionEnabled newton:gravityEnabled newton:*:position newton:massModel
-newton:shellThickness physxJoint:armature physxJoint:maxJointVelocity physxJointAxis:*:armature
-physxJointAxis:*:maxJointVelocity physxJointAxis:*:dynamicFrictionEffort
-physxJointAxis:*:viscousFrictionCoefficient physxMimicJoint:*:gearing physxMimicJoint:*:offset
-physxMimicJoint:*:referenceJoint physxMimicJoint:*:referenceJointAxis physxRigidBody:disableGravity
-physxCollision:contactOffset physxCollision:restOffset physxConvexHullCollision:hullVertexLimit
-physxArticulation:enabledSelfCollisions mjc:option:* mjc:flag:* mjc:compiler:angle mjc:armature mjc:damping
-mjc:frictionloss mjc:stiffness mjc:margin mjc:gap mjc:ref mjc:springref mjc:springdamper mjc:sol*
-mjc:actuatorfrcrange:* mjc:actuatorfrclimited mjc:actuatorgravcomp mjc:group mjc:condim mjc:priority
-mjc:friction mjc:contype mjc:conaffinity mjc:shellinertia mjc:maxhullvert mjc:inertia mjc:torsionalfriction
-mjc:rollingfriction mjc:gravcomp mjc:coef? mjc:target mjc:torqueScale mjc:actDim mjc:actEarly mjc:*Range:*
-mjc:*Limited mjc:gainPrm mjc:gainType mjc:biasPrm mjc:biasType mjc:dynPrm mjc:dynType mjc:gear mjc:inheritRange
-mjc:jointInParent mjc:crankLength mjc:refSite mjc:sliderSite mjc:path* mjc:sideSites* mjc:range:* mjc:limited
-mjc:springlength mjc:type mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mquat
+physics:jointEnabled physics:collisionEnabled physics:excludeFromArticulation physics:breakForce physics:breakTorque
+physics:rigidBodyEnabled physics:kinematicEnabled physics:mass physics:density physics:centerOfMass
+physics:diagonalInertia physics:principalAxes physics:approximation physics:dynamicFriction physics:staticFriction
+physics:restitution physics:gravityDirection physics:gravityMagnitude physics:filteredPairs physics:filteredGroups
+physics:invertFilteredGroups physics:mergeGroup drive:*:physics:type drive:*:physics:stiffness
+drive:*:physics:damping drive:*:physics:maxForce drive:*:physics:targetPosition drive:*:physics:targetVelocity
+limit:*:physics:low limit:*:physics:high newton:mimic* newton:inertia newton:massModel newton:shellThickness
+physxMimicJoint:*:gearing physxMimicJoint:*:offset physxMimicJoint:*:referenceJoint
+physxMimicJoint:*:referenceJointAxis physxCollision:contactOffset mjc:option:* mjc:flag:* mjc:compiler:angle mjc:ref
+mjc:springref mjc:springdamper mjc:sol* mjc:actuatorfrcrange:* mjc:actuatorfrclimited mjc:actuatorgravcomp
+mjc:shellinertia mjc:inertia mjc:coef? mjc:target mjc:torqueScale mjc:actDim mjc:actEarly mjc:*Range:* mjc:*Limited
+mjc:gainPrm mjc:gainType mjc:biasPrm mjc:biasType mjc:dynPrm mjc:dynType mjc:gear mjc:inheritRange mjc:jointInParent
+mjc:crankLength mjc:refSite mjc:sliderSite mjc:path* mjc:sideSites* mjc:range:* mjc:limited mjc:springlength
+mjc:type mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mquat
 """
-_READ = tuple(_READ_ATTRIBUTES.split())
+"""Attributes that other modules read by name; those of the dialects' tables come on top."""
+_READ = (*_READ_ELSEWHERE.split(), *dialects.patterns())
 
 _TUNING = {
     "physxScene:*": "setting of PhysX's solver",
@@ -67,9 +60,14 @@ _TUNING = {
     "physxJoint:enableProjection": "setting of PhysX's solver",
     "physics:simulationOwner": "one scene per model",
     "physics:startsAsleep": "bodies start awake",
+    "physics:tensor:*": "left over from a running simulation",
+    "physics:engine": "left over from a running simulation",
+    "physics:newton:*": "left over from a running simulation",
+    "state:*:physics:appliedForce": "left over from a running simulation",
     "newton:sdf*": "setting of newton's solvers",
+    "newton:contactStiffness": "contacts are as stiff as MuJoCo's solver makes them",
+    "newton:contactDamping": "contacts are as stiff as MuJoCo's solver makes them",
     "newton:maxSolverIterations": "setting of newton's solvers",
-    "newton:timeStepsPerSecond": "the time step is the simulation's choice",
     "newton:xpbd:*": "setting of newton's solvers",
     "newton:vbd:*": "setting of newton's solvers",
     "newton:kamino:*": "setting of newton's solvers",
@@ -78,6 +76,7 @@ _TUNING = {
     "mjc:option:apirate": "not part of this MuJoCo",
 }
 _IGNORED = {
+    "newton:mpm:*": "no particles or deformables here",
     "physics:velocity": "initial velocities are zero",
     "physics:angularVelocity": "initial velocities are zero",
     "state:*:physics:velocity": "initial velocities are zero",
@@ -97,26 +96,36 @@ _IGNORED = {
 
 
 def reject_nan(stage: Usd.Stage, source: str) -> None:
-    """Raise on any physical or geometric attribute that holds NaN, before usd-core's parser sees it."""
+    """Raise on physical or geometric attributes that hold NaN, before usd-core's parser sees them.
+
+    Infinity is a legal scalar (no limit) and a legal unset centre of mass; vectors and arrays must be finite.
+    """
     for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
         for attribute in prim.GetAuthoredAttributes():
             name = attribute.GetName()
             if not _CHECKED.match(name):
                 continue
             value = attribute.Get()
-            if isinstance(value, (str, bool, int)) or value is None:
+            if value is None or isinstance(value, (str, bool, int)):
                 continue
-            if _has_nan(value):
+            numbers = _numbers(value)
+            if np.isnan(numbers).any():
                 raise UsdImportError(source, str(prim.GetPath()), name, "not a number")
+            if numbers.size > 1 and name != "physics:centerOfMass" and np.isinf(numbers).any():
+                raise UsdImportError(source, str(prim.GetPath()), name, "not finite")
 
 
-def _has_nan(value: object) -> bool:
+def _numbers(value: object) -> np.ndarray:
+    """All floating-point numbers of an attribute value, flat; empty for other types."""
     if hasattr(value, "GetReal"):
         value = (value.GetReal(), *value.GetImaginary())  # type: ignore[union-attr]
     array = np.array(value)
     if array.dtype == object:
-        return any(_has_nan(item) for item in value)  # type: ignore[union-attr]
-    return array.dtype.kind == "f" and bool(np.isnan(array).any())
+        if not hasattr(value, "__iter__"):
+            return np.empty(0)
+        parts = [_numbers(item) for item in value]  # type: ignore[union-attr]
+        return np.concatenate(parts) if parts else np.empty(0)
+    return array.ravel() if array.dtype.kind == "f" else np.empty(0)
 
 
 def audit_support(parsed: ParsedStage) -> None:
@@ -127,6 +136,8 @@ def audit_support(parsed: ParsedStage) -> None:
             if not _PHYSICS.match(name) or _is_read(name):
                 continue
             reason, tuning = _reason(name)
+            if _is_zero(prim, name):
+                continue
             parsed.report.ignore(prim.GetPath(), name, reason, tuning)
         kind = str(prim.GetTypeName())
         if re.match(r"^(Physx|Newton|Mjc)", kind) and kind not in ("MjcActuator", "MjcTendon", "MjcKeyframe"):
@@ -134,6 +145,13 @@ def audit_support(parsed: ParsedStage) -> None:
     for joint in parsed.joints.values():
         if joint.kind == "custom":
             parsed.report.ignore(joint.path, "", "a joint of a vendor's type")
+
+
+def _is_zero(prim: Usd.Prim, name: str) -> bool:
+    """Whether a known but ignored quantity is zero, so that nothing is lost."""
+    known = any(fnmatch.fnmatchcase(name, pattern) for pattern in _IGNORED)
+    value = value_of(prim, name) if known else None
+    return isinstance(value, (float, int, Gf.Vec3f)) and not isinstance(value, bool) and not np.any(np.array(value))
 
 
 @cache

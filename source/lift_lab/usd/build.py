@@ -10,7 +10,7 @@ from lift_lab.usd import dialects, mjc
 from lift_lab.usd.audit import audit_support
 from lift_lab.usd.drives import add_drives, read_start, scale_acceleration_drives
 from lift_lab.usd.filters import add_filters
-from lift_lab.usd.geoms import Collider, Home, add_colliders, renderable
+from lift_lab.usd.geoms import Collider, Home, add_colliders
 from lift_lab.usd.joints import BuiltDof, add_joints
 from lift_lab.usd.loops import add_loops, add_mimics
 from lift_lab.usd.mass import set_inertials
@@ -18,7 +18,6 @@ from lift_lab.usd.materials import Appearance, ContactMaterials
 from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage
-from lift_lab.usd.shapes import GEOM
 from lift_lab.usd.tree import Forest, Link, build_forest
 from lift_lab.usd.units import Pose
 from lift_lab.usd.visuals import add_visuals
@@ -71,6 +70,9 @@ class Builder:
             gravity = units.up @ direction * magnitude + 0.0
             if dialects.resolve(self.parsed, dialects.SCENE, "gravity switch", prim) in (False, 0.0):
                 gravity = np.zeros(3)
+            rate = dialects.resolve(self.parsed, dialects.SCENE, "step rate", prim)
+            if rate:
+                self.spec.option.timestep = 1.0 / rate
             mjc.read_options(self.parsed, prim, self.spec)
         self.spec.option.gravity = gravity
 
@@ -143,16 +145,9 @@ class Builder:
         self.colliders: list[Collider] = add_colliders(
             self.parsed, self.names, self.store, self.contacts, self.appearance, self.home_of
         )
-        drawn = {c.path for c in self.colliders if not self._needs_picture(c)}
+        drawn = {collider.path for collider in self.colliders if collider.shows_itself}
         add_visuals(self.parsed, self.names, self.store, self.appearance, self.home_of, drawn)
         set_inertials(self.parsed, self.bodies, self.colliders)
-
-    def _needs_picture(self, collider: Collider) -> bool:
-        return (
-            collider.prim.IsA(UsdGeom.Mesh)
-            and renderable(collider.prim)
-            and collider.shapes[0].type != GEOM.mjGEOM_MESH
-        )
 
     def add_constraints(self) -> None:
         """Loop closures, mimics and contact filters."""

@@ -99,7 +99,11 @@ MATERIAL = {
 }
 
 BODY = {
-    "gravcomp": _rows(("mjc", "mjc:gravcomp"), ("physx", "physxRigidBody:disableGravity")),
+    "gravcomp": _rows(
+        ("mjc", "mjc:body:gravcomp"),
+        ("mjc", "mjc:gravcomp"),
+        ("physx", "physxRigidBody:disableGravity"),
+    ),
 }
 
 ARTICULATION = {
@@ -111,13 +115,25 @@ ARTICULATION = {
 
 SCENE = {
     "gravity switch": _rows(("mjc", "mjc:flag:gravity"), ("newton", "newton:gravityEnabled")),
-    "timestep": _rows(("mjc", "mjc:option:timestep")),
+    "step rate": _rows(
+        ("newton", "newton:timeStepsPerSecond"),
+        ("physx", "physxScene:timeStepsPerSecond"),
+    ),
+    "total mass": _rows(("mjc", "mjc:compiler:setTotalMass", "si", (-1,))),
 }
 
 INERTIA_6 = "newton:inertia"
 """Full inertia tensor [xx, yy, zz, xy, xz, yz] of a body in its frame, double precision."""
 
 SITE_SCHEMAS = ("MjcSiteAPI", "NewtonSiteAPI")
+
+
+TABLES = (JOINT, COLLIDER, MATERIAL, BODY, ARTICULATION, SCENE)
+
+
+def patterns() -> list[str]:
+    """Every attribute of the tables, `*` for the axis."""
+    return [source.attribute.replace("{axis}", "*") for table in TABLES for rows in table.values() for source in rows]
 
 
 def resolve(

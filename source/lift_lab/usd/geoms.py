@@ -12,7 +12,7 @@ from pxr import Usd, UsdGeom
 
 from lift_lab.usd import dialects
 from lift_lab.usd.materials import Appearance, Contact, ContactMaterials, display_group
-from lift_lab.usd.meshes import MeshStore
+from lift_lab.usd.meshes import MeshStore, material_subsets
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage, has_schema, value_of
 from lift_lab.usd.shapes import GEOM, Shape, bounding_box, bounding_sphere, shapes_of
@@ -48,6 +48,8 @@ class Collider:
     contact: Contact
     desc: Any
     shell: bool
+    shows_itself: bool = True
+    """False if a visual geom draws the prim, because the geom that collides has another shape or only one colour."""
     geoms: list[mujoco.MjsGeom] = field(default_factory=list)
 
 
@@ -84,14 +86,17 @@ def add_colliders(
         if not desc.collisionEnabled:
             continue
         home = home_of(prim)
-        shapes = _collision_shapes(parsed, prim, desc, shapes_of(parsed, prim, home.frame), home)
+        drawn = shapes_of(parsed, prim, home.frame)
+        shapes = _collision_shapes(parsed, prim, desc, drawn, home)
         if not shapes:
             parsed.report.ignore(path, "PhysicsCollisionAPI", f"no collision geometry for a {prim.GetTypeName()}")
             continue
         shell = bool(value_of(prim, "mjc:shellinertia")) or value_of(prim, "newton:massModel") == "shell"
         shell = shell or value_of(prim, "mjc:inertia") == "shell"
         collider = Collider(path, prim, home, shapes, contacts.of_shape(prim, desc), desc, shell)
-        shown = renderable(prim) and not _replaced(prim, shapes)
+        replaced = shapes[0] is not drawn[0] or (prim.IsA(UsdGeom.Mesh) and bool(material_subsets(prim)))
+        collider.shows_itself = not replaced
+        shown = renderable(prim) and not replaced
         for i, shape in enumerate(shapes):
             geom = home.body.add_geom(name=names.of("geom", path, f"_{i}" if i else ""))
             place(geom, shape, _mesh_name(parsed, store, prim, shape, shell))
@@ -106,11 +111,6 @@ def add_colliders(
             reason = f"usd-core finds no collision shape on a {prim.GetTypeName() or 'prim without type'}"
             parsed.report.ignore(prim.GetPath(), "PhysicsCollisionAPI", reason)
     return colliders
-
-
-def _replaced(prim: Usd.Prim, shapes: list[Shape]) -> bool:
-    """Whether a mesh collides as another shape, so that its picture is a geom of its own."""
-    return prim.IsA(UsdGeom.Mesh) and shapes[0].type != GEOM.mjGEOM_MESH
 
 
 def _mesh_name(parsed: ParsedStage, store: MeshStore, prim: Usd.Prim, shape: Shape, shell: bool) -> str:
@@ -163,6 +163,8 @@ def _contact_fields(parsed: ParsedStage, prim: Usd.Prim, geom: mujoco.MjsGeom) -
             setattr(geom, quantity, float(value))
     for quantity in ("condim", "priority", "contype", "conaffinity"):
         value = read(quantity)
+        if quantity == "condim" and value is not None and value not in (1, 3, 4, 6):
+            raise parsed.fail(prim, "mjc:condim", f"must be 1, 3, 4 or 6, is {value:g}")
         if value is not None:
             setattr(geom, quantity, int(value))
     for quantity in ("solref", "solimp", "friction"):

@@ -102,6 +102,10 @@ def add_joints(parsed: ParsedStage, names: Names, link: Link, body: mujoco.MjsBo
             reason = "its frames disagree with those of the first joint between the same bodies at position zero"
             parsed.report.approximate(edge.joint.path, "physics:localPos0", reason)
         built += _add_edge(parsed, names, edge, body)
+    free = sum({mujoco.mjtJoint.mjJNT_BALL: 3}.get(joint.type, 1) for joint in body.joints)
+    if len(link.edges) > 1 and free > 6:
+        path = link.edges[-1].joint.path
+        raise parsed.fail(path, "physics:body1", f"joints between the same two bodies leave {free} degrees of freedom")
     return built
 
 

@@ -8,12 +8,14 @@ axes 0) are unset even where they are authored.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from pxr import Usd, UsdPhysics
 
+from lift_lab.usd import dialects
 from lift_lab.usd.dialects import INERTIA_6
 from lift_lab.usd.geoms import Collider, place
 from lift_lab.usd.meshes import MeshStore
@@ -26,6 +28,8 @@ WATER = 1000.0
 """Density in kg/m^3 of a collider that nothing else gives one."""
 _BALL_RADIUS = 0.1
 """Radius in m of the ball whose inertia usd-core gives a body that has a mass and no collider."""
+_SMALLEST = 1e-15
+"""MuJoCo's smallest mass and moment of a body that moves."""
 _ROUNDING = 1e-4
 """Relative violation of the triangle inequality that is taken for float32 rounding."""
 
@@ -116,20 +120,23 @@ def set_inertials(
     """
     explicit = {path: read_explicit(parsed, parsed.prim(path), frame) for path, (_, frame, _) in bodies.items()}
     incomplete = {p for p, e in explicit.items() if e.mass is None or e.com is None or e.tensor is None}
-    needed = [c for c in colliders if c.home.path in incomplete]
-    unit_density = _shape_inertials(needed)
+    parts: dict[str, list[Inertial]] = {path: [] for path in bodies}
+    for collider, unit in _shape_inertials(parsed, [c for c in colliders if c.home.path in incomplete]):
+        path = str(collider.home.path)
+        parts[path].append(_part(parsed, collider, unit, explicit[path]))
     for path, (body, _, moving) in bodies.items():
-        parts = [
-            _part(parsed, collider, unit, explicit[path])
-            for collider, unit in unit_density
-            if collider.home.path == path
-        ]
-        inertial = _combine(parsed, path, explicit[path], parts, moving)
+        inertial = _combine(parsed, path, explicit[path], parts[path], moving)
         if inertial is not None:
             _write(parsed, path, body, inertial, explicit[path])
+    for path in list(parsed.scenes)[:1]:
+        wanted = dialects.resolve(parsed, dialects.SCENE, "total mass", parsed.prim(path))
+        total = sum(body.mass for body, _, _ in bodies.values())
+        if wanted and total > 0:
+            for body, _, _ in bodies.values():
+                body.mass, body.inertia = body.mass * wanted / total, np.asarray(body.inertia) * wanted / total
 
 
-def _shape_inertials(colliders: list[Collider]) -> list[tuple[Collider, Inertial]]:
+def _shape_inertials(parsed: ParsedStage, colliders: list[Collider]) -> list[tuple[Collider, Inertial]]:
     """Volume, centre and inertia at density one of each collider, in the frame of its body."""
     if not colliders:
         return []
@@ -144,7 +151,12 @@ def _shape_inertials(colliders: list[Collider]) -> list[tuple[Collider, Inertial
             place(geom, shape, store.add(f"/{i}", shape.mesh, True, shell=collider.shell) if shape.mesh else "")
             if collider.shell and shape.mesh is None:
                 geom.typeinertia = mujoco.mjtGeomInertia.mjINERTIA_SHELL
-    model = spec.compile()
+    try:
+        model = spec.compile()
+    except ValueError as error:  # MuJoCo names the element, which is the collider's index
+        index = re.search(r"name '(\d+)'", str(error))
+        path = colliders[int(index.group(1))].path if index else colliders[0].path
+        raise parsed.fail(path, "points", " ".join(str(error).split())) from None
     found = []
     for i, collider in enumerate(colliders):
         axes = quat_to_mat(model.body_iquat[i + 1])
@@ -207,15 +219,21 @@ def _write(parsed: ParsedStage, path: str, body: mujoco.MjsBody, inertial: Inert
     if explicit.full is None and explicit.diagonal is not None and explicit.axes is not None:
         moments, axes = explicit.diagonal, explicit.axes
     else:
-        moments, axes = np.linalg.eigh(explicit.full if explicit.full is not None else inertial.tensor)
+        tensor = explicit.full if explicit.full is not None else inertial.tensor
+        if not np.isfinite(tensor).all():
+            raise parsed.fail(path, "physics:mass", "mass or inertia is not finite")
+        moments, axes = np.linalg.eigh(tensor)
         axes = axes * np.sign(np.linalg.det(axes))
-    if moments.min() <= 0:
-        raise parsed.fail(path, "physics:diagonalInertia", f"principal moments must be positive, are {moments}")
-    largest, others = int(np.argmax(moments)), moments.sum() - moments.max()
+    if not (np.isfinite(moments).all() and moments.min() > _SMALLEST and inertial.mass > _SMALLEST):
+        reason = f"mass {inertial.mass:g} kg and moments {moments} kg m^2 must be finite and above {_SMALLEST:g}"
+        raise parsed.fail(path, "physics:diagonalInertia", reason)
+    largest, others = int(np.argmax(moments)), float(np.sort(moments)[:2].sum())
     if moments[largest] > others:
         excess = float(moments[largest] / others - 1)
         cause = "float32 rounding" if excess < _ROUNDING else f"no rigid body has it, by {100 * excess:.2g} %"
-        parsed.report.approximate(path, "physics:diagonalInertia", f"largest moment lowered to the other two ({cause})")
+        if excess > 1e-9:
+            reason = f"largest moment lowered to the sum of the others ({cause})"
+            parsed.report.approximate(path, "physics:diagonalInertia", reason)
         moments = moments.copy()
-        moments[largest] = others
+        moments[largest] = others * (1 - 1e-12)
     body.inertia, body.iquat = moments, Pose(np.zeros(3), axes).quat

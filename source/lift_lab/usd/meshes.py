@@ -14,6 +14,8 @@ from lift_lab.usd.parse import ParsedStage
 
 _THIN = 1e-3
 """Thickness, as a share of the extent, that a flat collision mesh is given so that it has a hull."""
+_FLAT = 1e-4
+"""Share of the extent below which a mesh counts as flat: a hull thinner than that is at the mercy of rounding."""
 _PROBED = 400
 """Most faces that the convexity test looks at."""
 
@@ -47,7 +49,7 @@ class Triangles:
         if len(self.vertices) < 4:
             return True
         centred = self.vertices - self.vertices.mean(axis=0)
-        return bool(np.linalg.svd(centred, compute_uv=False)[-1] <= 1e-6 * max(self.extent(), 1e-12))
+        return bool(np.linalg.svd(centred, compute_uv=False)[-1] <= _FLAT * max(self.extent(), 1e-12))
 
     def thickened(self) -> Triangles:
         """A flat mesh as a thin slab that reaches below its front face."""
@@ -133,6 +135,16 @@ def _texcoords(prim: Usd.Prim, indices: np.ndarray, points: int) -> np.ndarray |
     if array.ndim != 2 or array.shape[1] != 2 or len(array) not in (points, len(indices)):
         return None
     return array
+
+
+def material_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
+    """Face subsets of a mesh that exist to bind materials."""
+    return [
+        subset
+        for subset in UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim))
+        if subset.GetElementTypeAttr().Get() == UsdGeom.Tokens.face
+        and subset.GetFamilyNameAttr().Get() == "materialBind"
+    ]
 
 
 class MeshStore:

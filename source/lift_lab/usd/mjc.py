@@ -153,7 +153,8 @@ _TRANSMISSION = {
 def _add_actuator(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, prim: Usd.Prim) -> None:
     found = _named(parsed, names, prim, "mjc:target", *_TRANSMISSION)
     if found is None:
-        raise parsed.fail(prim, "mjc:target", "an actuator needs a target")
+        parsed.report.ignore(prim.GetPath(), "mjc:target", "an actuator without a target")
+        return
     kind, target = found
     actuator = spec.add_actuator(name=names.of("actuator", str(prim.GetPath())), target=target)
     actuator.trntype = _TRANSMISSION[kind]

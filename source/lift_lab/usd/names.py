@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import chain, count
+
 
 class Names:
     """Hands out unique names, one namespace per kind of MuJoCo element."""
@@ -14,12 +16,11 @@ class Names:
         """Name for the element of `kind` made from the prim at `path`: its leaf name, or with parents prefixed."""
         parts = [part.replace("{", "_").replace("}", "").replace("=", "_") for part in path.split("/") if part]
         taken = self._taken.setdefault(kind, {"world"} if kind == "body" else set())
-        candidates = ["_".join(parts[-n:]) + suffix for n in range(1, len(parts) + 1)]
-        name = next((c for c in candidates if c not in taken), None)
-        count = 1
-        while name is None:
-            count += 1
-            name = next((c for c in [f"{candidates[0]}_{count}"] if c not in taken), None)
+        candidates = chain(
+            ("_".join(parts[-n:]) + suffix for n in range(1, len(parts) + 1)),
+            (f"{parts[-1]}{suffix}_{n}" for n in count(2)),
+        )
+        name = next(candidate for candidate in candidates if candidate not in taken)
         taken.add(name)
         self._by_path.setdefault((kind, path), name)
         return name

@@ -6,12 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Usd, UsdGeom, UsdPhysics
 
 from lift_lab.usd.report import ImportReport, UsdImportError
-from lift_lab.usd.stage import note_diagnostics
 from lift_lab.usd.units import Pose, Units, gf_matrix, polar
 
+_LARGE = 1e12
+"""Largest scale and position that is taken seriously."""
 TYPES = UsdPhysics.ObjectType
 JOINT_TYPES = {
     TYPES.FixedJoint: "fixed",
@@ -86,8 +87,8 @@ class ParsedStage:
     def affine(self, prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
         """World transform of `prim` in the Z-up world: linear part (no unit) and origin in metres."""
         linear, origin = gf_matrix(self.xforms.GetLocalToWorldTransform(prim))
-        if not (np.isfinite(linear).all() and np.isfinite(origin).all()):
-            raise self.fail(prim, "xformOpOrder", "the world transform is not finite")
+        if not (np.abs(linear).max() < _LARGE and np.abs(origin).max() < _LARGE):
+            raise self.fail(prim, "xformOpOrder", f"the world transform is not finite and below {_LARGE:g}")
         return self.units.up @ linear, self.units.up @ origin * self.units.length
 
     def pose(self, prim: Usd.Prim) -> Pose:
@@ -137,7 +138,6 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
     Raises:
         UsdImportError: A joint names a prim that does not exist, or the same body twice.
     """
-    delegate = UsdUtils.CoalescingDiagnosticDelegate()
     predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
     prims = list(Usd.PrimRange(stage.GetPseudoRoot(), predicate))[1:]
     order = {str(prim.GetPath()): i for i, prim in enumerate(prims)}
@@ -169,7 +169,6 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
         joint = _joint(parsed, path, kind, desc)
         if joint:
             parsed.joints[path] = joint
-    note_diagnostics(delegate, report)
     return parsed
 
 

@@ -15,7 +15,7 @@ from pxr import Usd, UsdGeom
 
 from lift_lab.usd.meshes import Triangles, cone, read_mesh
 from lift_lab.usd.parse import ParsedStage
-from lift_lab.usd.units import Pose, axis_rotation, polar
+from lift_lab.usd.units import AXES, Pose, axis_rotation, polar
 
 GEOM = mujoco.mjtGeom
 _CYCLE = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
@@ -65,8 +65,11 @@ def _number(parsed: ParsedStage, prim: Usd.Prim, name: str) -> float:
     return float(value) * parsed.units.length
 
 
-def _axis(prim: Usd.Prim) -> str:
-    return str(prim.GetAttribute("axis").Get() or "Z")
+def _axis(parsed: ParsedStage, prim: Usd.Prim) -> str:
+    axis = str(prim.GetAttribute("axis").Get() or "Z")
+    if axis not in AXES:
+        raise parsed.fail(prim, "axis", f"must be X, Y or Z, is '{axis}'")
+    return axis
 
 
 def _diagonal(stretch: np.ndarray) -> np.ndarray | None:
@@ -103,15 +106,14 @@ def _round(kind: mujoco.mjtGeom):
         height *= parsed.units.length
         if not np.isfinite(height) or height < 0 or (height == 0 and kind == GEOM.mjGEOM_CYLINDER):
             raise parsed.fail(prim, "height", f"must be a positive number, is {height}")
-        return [_round_shape(prim, kind, radius, height, pose, stretch)]
+        return [_round_shape(kind, radius, height, _axis(parsed, prim), pose, stretch)]
 
     return read
 
 
 def _round_shape(
-    prim: Usd.Prim, kind: mujoco.mjtGeom, radius: float, height: float, pose: Pose, stretch: np.ndarray
+    kind: mujoco.mjtGeom, radius: float, height: float, axis: str, pose: Pose, stretch: np.ndarray
 ) -> Shape:
-    axis = _axis(prim)
     scale = _diagonal(stretch)
     turned = Pose(pose.pos, pose.rot @ axis_rotation(axis))
     if scale is None:
@@ -132,11 +134,11 @@ def _tapered(kind: mujoco.mjtGeom):
         bottom, top = (_number(parsed, prim, f"radius{end}") for end in ("Bottom", "Top"))
         height = _number(parsed, prim, "height")
         if abs(bottom - top) < 1e-9 * bottom:
-            return [_round_shape(prim, kind, bottom, height, pose, stretch)]
-        mesh = cone(bottom, height, axis_rotation(_axis(prim)), top)
+            return [_round_shape(kind, bottom, height, _axis(parsed, prim), pose, stretch)]
+        mesh = cone(bottom, height, axis_rotation(_axis(parsed, prim)), top)
         if kind == GEOM.mjGEOM_CAPSULE:
             ends = [
-                _ball_mesh(r, axis_rotation(_axis(prim)) @ [0, 0, z])
+                _ball_mesh(r, axis_rotation(_axis(parsed, prim)) @ [0, 0, z])
                 for r, z in ((bottom, -height / 2), (top, height / 2))
             ]
             mesh = _merge([mesh, *ends])
@@ -147,13 +149,13 @@ def _tapered(kind: mujoco.mjtGeom):
 
 def _cone(parsed: ParsedStage, prim: Usd.Prim, pose: Pose, stretch: np.ndarray) -> list[Shape]:
     radius, height = _number(parsed, prim, "radius"), _number(parsed, prim, "height")
-    shape = _as_mesh(cone(radius, height, axis_rotation(_axis(prim))), pose, stretch)
+    shape = _as_mesh(cone(radius, height, axis_rotation(_axis(parsed, prim))), pose, stretch)
     shape.note = "a cone becomes a mesh of 24 sides"
     return [shape]
 
 
 def _plane(parsed: ParsedStage, prim: Usd.Prim, pose: Pose, stretch: np.ndarray) -> list[Shape]:
-    axis = _axis(prim)
+    axis = _axis(parsed, prim)
     turned = Pose(pose.pos, pose.rot @ axis_rotation(axis))
     # Turned onto its axis, MuJoCo's local x runs along USD's width and y along its length.
     scale = np.abs(np.diag(stretch))[list({"X": (2, 1), "Y": (0, 2), "Z": (0, 1)}[axis])]

@@ -30,29 +30,26 @@ _COMPOSITION = {
 
 def open_stage(
     source: str | Path | Usd.Stage,
+    name: str,
     variants: Mapping[str, str] | None = None,
     scale: float | Sequence[float] | None = None,
-) -> tuple[Usd.Stage, str]:
+) -> Usd.Stage:
     """Open `source` on a session layer of its own and apply the caller's choices there.
 
     Args:
         source: A .usd, .usda, .usdc or .usdz file, or a stage in memory.
+        name: What to call it in messages.
         variants: Selection by variant set name, made on every prim that has the set.
         scale: Factor on the default prim, one number or three.
-
-    Returns:
-        The stage and the name to use for it in messages.
 
     Raises:
         UsdImportError: The file is missing or broken, a reference does not resolve, or a variant does not exist.
     """
-    diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # holds USD's own warnings back from stderr
     session = Sdf.Layer.CreateAnonymous("lift_lab_import")
     if isinstance(source, Usd.Stage):
-        layer, name = source.GetRootLayer(), source.GetRootLayer().identifier
+        layer = source.GetRootLayer()
         session.subLayerPaths.append(source.GetSessionLayer().identifier)
     else:
-        name = str(source)
         layer = _open_layer(Path(source))
     stage = Usd.Stage.Open(layer, session)
     stage.SetEditTarget(session)
@@ -64,14 +61,15 @@ def open_stage(
     if scale is not None:
         _scale(stage, name, scale)
     _expand_point_instancers(stage, name)
-    diagnostics.TakeUncoalescedDiagnostics()
-    return stage, name
+    return stage
 
 
 def note_diagnostics(delegate: UsdUtils.CoalescingDiagnosticDelegate, report: ImportReport) -> None:
     """Put what USD itself warned about into the report."""
     for diagnostic in delegate.TakeUncoalescedDiagnostics():
         text = diagnostic.commentary.split("(")[0].strip()
+        if text.startswith("CollisionAPI applied to an unknown"):
+            continue  # the colliders' own note says so
         prim = next((word.strip("<>,.'\"") for word in text.split() if word.startswith(("/", "</"))), "")
         report.ignore(prim, "", f"usd-core: {' '.join(text.split())[:200]}")
 
@@ -82,11 +80,20 @@ def _open_layer(path: Path) -> Sdf.Layer:
     try:
         layer = Sdf.Layer.FindOrOpen(str(path))
     except Tf.ErrorException as error:
-        lines = [line.split(" : ", 1)[-1].strip(" '\n") for line in str(error).splitlines() if " : " in line]
-        raise UsdImportError(str(path), reason=lines[0] if lines else "cannot be read as USD") from None
+        raise UsdImportError(str(path), reason=first_line(error)) from None
     if layer is None:
         raise UsdImportError(str(path), reason="cannot be read as USD")
     return layer
+
+
+def first_line(error: Tf.ErrorException) -> str:
+    """What a USD error says, without where in USD's sources it was raised."""
+    try:
+        text = str(error)
+    except UnicodeDecodeError:  # the message quotes bytes of the file
+        return "cannot be read as USD: the text is not UTF-8"
+    lines = [line.split(" : ", 1)[-1].strip(" '\n") for line in text.splitlines() if " : " in line]
+    return lines[0] if lines else "cannot be read as USD"
 
 
 def _raise_composition_errors(stage: Usd.Stage, name: str) -> None:
@@ -146,7 +153,10 @@ def _expand_point_instancers(stage: Usd.Stage, name: str) -> None:
         indices = instancer.GetProtoIndicesAttr().Get() or []
         prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
         matrices = instancer.ComputeInstanceTransformsAtTime(
-            Usd.TimeCode.Default(), Usd.TimeCode.Default(), UsdGeom.PointInstancer.ExcludeProtoXform
+            Usd.TimeCode.Default(),
+            Usd.TimeCode.Default(),
+            UsdGeom.PointInstancer.ExcludeProtoXform,
+            UsdGeom.PointInstancer.IgnoreMask,
         )
         mask = instancer.ComputeMaskAtTime(Usd.TimeCode.Default())
         path = str(prim.GetPath())

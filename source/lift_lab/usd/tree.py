@@ -86,7 +86,15 @@ def build_forest(parsed: ParsedStage) -> Forest:
         state.start(root, free=True)
         state.grow([root])
     used = {edge.joint.path for link in state.links.values() for edge in link.edges}
-    loops = [joint for joint in parsed.joints.values() if joint.path not in used]
+    held = {link.path for link in state.roots if not link.free and not link.edges}
+    loops = []
+    for joint in parsed.joints.values():
+        if joint.path in used:
+            continue
+        if all(body is None or body in held for body in (joint.body0, joint.body1)):
+            parsed.report.ignore(joint.path, "", "both sides are held already: world, kinematic or disabled bodies")
+        else:
+            loops.append(joint)
     links = {path: link for root in state.roots for path, link in _preorder(root)}
     return Forest(state.roots, links, loops)
 
@@ -139,10 +147,10 @@ class _Growth:
 
 
 def _compound(first: Joint, other: Joint) -> bool:
-    return other is first or (first.kind in _SCALAR and other.kind in _SCALAR)
+    return other is first or (first.kind in _MOVING and other.kind in _MOVING)
 
 
-_SCALAR = {"revolute", "prismatic", "d6"}
+_MOVING = {"revolute", "prismatic", "spherical", "d6"}
 
 
 def _edge(joint: Joint, parent: str | None) -> Edge:

@@ -12,9 +12,10 @@ from pxr import Usd, UsdGeom, UsdLux
 from lift_lab.usd.dialects import SITE_SCHEMAS
 from lift_lab.usd.geoms import GROUP_VISUAL, Home, place, renderable
 from lift_lab.usd.materials import Appearance, display_group, srgb
-from lift_lab.usd.meshes import MeshStore
+from lift_lab.usd.meshes import MeshStore, material_subsets
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage, applied_schemas, has_schema
+from lift_lab.usd.report import UsdImportError
 from lift_lab.usd.shapes import GEOM, Shape, shapes_of
 from lift_lab.usd.units import Pose
 
@@ -39,7 +40,10 @@ def add_visuals(
         elif prim.HasAPI(UsdLux.LightAPI):
             _add_light(parsed, names, prim, home_of)
         elif prim.IsA(UsdGeom.Gprim) and str(prim.GetPath()) not in drawn and renderable(prim):
-            _add_visual(parsed, names, store, appearance, prim, home_of)
+            try:
+                _add_visual(parsed, names, store, appearance, prim, home_of)
+            except UsdImportError as error:  # a picture that is broken does not stop the physics
+                parsed.report.ignore(error.prim_path, error.attribute, f"not drawn: {error.reason}")
 
 
 def is_site(prim: Usd.Prim) -> bool:
@@ -80,12 +84,7 @@ def _parts(prim: Usd.Prim, shape: Shape) -> list[tuple[Shape, UsdGeom.Subset | N
     """Split a mesh by its material subsets; faces outside all of them stay with the mesh itself."""
     if shape.mesh is None or shape.faces is None:
         return [(shape, None)]
-    subsets = [
-        subset
-        for subset in UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim))
-        if subset.GetElementTypeAttr().Get() == UsdGeom.Tokens.face
-        and subset.GetFamilyNameAttr().Get() == "materialBind"
-    ]
+    subsets = material_subsets(prim)
     rest = np.ones(len(shape.faces), dtype=bool)
     parts: list[tuple[Shape, UsdGeom.Subset | None]] = []
     for subset in subsets:

@@ -1,5 +1,8 @@
 """Utilities that know nothing of simulation: configuration classes, strings, arrays, buffers, files."""
 
+import dataclasses as _dataclasses
+from typing import Any as _Any
+
 from .array import TENSOR_TYPE_CONVERSIONS, TENSOR_TYPES, TensorData, convert_to_torch
 from .buffers import CircularBuffer, DelayBuffer, TimestampedBuffer
 from .configclass import configclass
@@ -40,3 +43,6 @@ from .string import (
 )
 from .timer import Timer, TimerError
 from .types import ArticulationActions
+
+MISSING: _Any = _dataclasses.MISSING
+"""What a user has to set; the same object as :data:`dataclasses.MISSING`, fit for an argument of any type."""

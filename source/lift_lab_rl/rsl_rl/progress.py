@@ -34,6 +34,7 @@ class IterationReport:
     success: float | None = None
     learning_rate: float = 0.0
     action_std: float = 0.0
+    entropy_coef: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """Episode logs: key -> mean of this iteration."""
 
@@ -114,10 +115,14 @@ class Progress:
         head.add_row("mean reward", reward, "episode length", length)
         success = "-" if r.success is None else f"{r.success:.1%}"
         head.add_row("success", success, "rate / action std", f"{r.learning_rate:.2g} / {r.action_std:.2f}")
+        columns = max(1, self._console.width // 64)
         terms = Table.grid(padding=(0, 2))
-        for key, value in r.terms.items():
-            terms.add_row(Text(key, style="dim"), _number(value))
-        bar = ProgressBar(total=r.total_iterations, completed=r.iteration)
+        entries = [(Text(key, style="dim"), _number(value)) for key, value in r.terms.items()]
+        rows = -(-len(entries) // columns)
+        for row in range(rows):
+            terms.add_row(*(cell for entry in entries[row::rows] for cell in entry))
+        bar = Table.grid(expand=True)
+        bar.add_row(ProgressBar(total=r.total_iterations, completed=r.iteration))
         return Panel(Group(bar, head, Text(), terms), title=self._title, title_align="left")
 
 

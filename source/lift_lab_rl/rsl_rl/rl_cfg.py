@@ -94,6 +94,12 @@ class RslRlPpoAlgorithmCfg:
     entropy_coef: float = MISSING
     """Weight of the entropy bonus."""
 
+    entropy_coef_final: float | None = None
+    """Weight that it is annealed to (ours); None keeps :attr:`entropy_coef` throughout."""
+
+    entropy_anneal_iterations: tuple[int, int] = (0, 0)
+    """Iterations between which it is annealed, linearly (ours)."""
+
     desired_kl: float = MISSING
     """Divergence the adaptive schedule aims at."""
 

@@ -115,6 +115,9 @@ class RunLogger(Logger):
     def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}
         tags |= {f"Loss/{key}": value for key, value in losses.items()}
+        if "entropy" in losses:
+            tags["Loss / Entropy loss"] = -report.entropy_coef * losses["entropy"]
+            tags["Policy/entropy_coef"] = report.entropy_coef
         tags["Loss/learning_rate"] = report.learning_rate
         tags["Policy/mean_std"] = report.action_std
         tags["Perf/total_fps"] = report.steps / (report.collect_s + report.learn_s)

@@ -25,7 +25,8 @@ from rsl_rl.utils import resolve_callable
 
 from lift_lab.utils.errors import ConfigError, LiftLabError
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
-from lift_lab_rl.files import load_torch, save_torch, write_atomically
+from lift_lab_rl.counters import counters, load_counters, manager_env
+from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
 from lift_lab_rl.threads import use_one_torch_thread
 
 from .ppo import PiecewisePPO
@@ -151,6 +152,7 @@ class LiftLabRunner(OnPolicyRunner):
             self._synchronise()
             collected = time.perf_counter()
             self.alg.compute_returns(obs)
+        self.alg.entropy_coef = self._entropy_coef()
         losses = self.alg.update()
         self._synchronise()
         learned = time.perf_counter()
@@ -165,12 +167,21 @@ class LiftLabRunner(OnPolicyRunner):
             learn_s=learned - collected,
             learning_rate=self.alg.learning_rate,
             action_std=self._action_std(),
+            entropy_coef=self.alg.entropy_coef,
         )
         self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
         self._track(report)
         if progress is not None:
             progress.show(report)
         return obs
+
+    def _entropy_coef(self) -> float:
+        """Weight of the entropy bonus in the running iteration."""
+        initial, final, start, end = self.cfg["entropy_coef_schedule"]
+        done = self.current_learning_iteration
+        if done >= end:
+            return final
+        return initial + (final - initial) * max(0, done - start) / (end - start)
 
     def _action_std(self) -> float:
         if isinstance(self.alg, PiecewisePPO):
@@ -266,15 +277,15 @@ class LiftLabRunner(OnPolicyRunner):
             path: file.
             infos: more to keep; tensors and plain values.
         """
-        env = _manager_env(self.env)
+        env = manager_env(self.env)
         content = self.alg.save()
         content["iter"] = self.current_learning_iteration
-        content["infos"] = {"env_state": _counters(env), **(infos or {})}
-        save_torch(path, _canonical(content))
+        content["infos"] = {"env_state": counters(env), **(infos or {})}
+        save_torch(path, canonical(content))
 
     def resume_state(self) -> dict[str, Any]:
         """Everything besides the model that the next iteration depends on."""
-        env = _manager_env(self.env)
+        env = manager_env(self.env)
         return {
             "iteration": self.current_learning_iteration,
             "fingerprint": self.fingerprint,
@@ -313,9 +324,9 @@ class LiftLabRunner(OnPolicyRunner):
         if with_iteration:
             self.current_learning_iteration = content["iter"]
         infos = content.get("infos") or {}
-        env = _manager_env(self.env)
+        env = manager_env(self.env)
         if env is not None:
-            _load_counters(env, infos.get("env_state", {}))
+            load_counters(env, infos.get("env_state", {}))
         return infos
 
     def load_resume_state(self, checkpoint: str | Path) -> str:
@@ -332,7 +343,7 @@ class LiftLabRunner(OnPolicyRunner):
         state = load_torch(path, map_location="cpu")
         if state["fingerprint"] != self.fingerprint:
             return "the configuration differs from the saved run's: starting fresh episodes"
-        env = _manager_env(self.env)
+        env = manager_env(self.env)
         try:
             if env is not None:
                 load_env_state(env, state["env"])
@@ -350,63 +361,12 @@ class LiftLabRunner(OnPolicyRunner):
         self.continues_exactly = True
         return f"continuing the episodes of iteration {self.current_learning_iteration}"
 
-
     def _adopt_best(self, path: Path) -> None:
         """Copy the best policy of the run that is continued, if it had it by now."""
         if self._best is None or self.log_dir is None or not path.is_file():
             return
         if checkpoint_iteration(path) <= self.current_learning_iteration:
             write_atomically(self.log_dir / path.name, path.read_bytes())
-
-
-def _manager_env(env: Any) -> Any:
-    """The manager-based environment inside the wrapper, or None for an environment of another kind."""
-    inner = getattr(env, "unwrapped", None)
-    return inner if hasattr(inner, "common_step_counter") else None
-
-
-def _counters(env: Any) -> dict[str, Any]:
-    """What a curriculum has done so far, small enough for every checkpoint."""
-    if env is None:
-        return {}
-    counters: dict[str, Any] = {"common_step_counter": int(env.common_step_counter)}
-    manager = getattr(env, "reward_manager", None)
-    if manager is not None:
-        terms = {name: manager.get_term_cfg(name) for name in manager.active_terms}
-        counters["reward_weights"] = {name: float(cfg.weight) for name, cfg in terms.items()}
-        counters["configured_weights"] = {name: float(weight) for name, weight in _configured(env, terms).items()}
-    return counters
-
-
-def _configured(env: Any, names: Any) -> dict[str, float]:
-    """The weights that the environment's configuration asks for."""
-    rewards = env.cfg.rewards
-    read = rewards.get if isinstance(rewards, dict) else lambda name: getattr(rewards, name, None)
-    return {name: term.weight for name in names if (term := read(name)) is not None}
-
-
-def _load_counters(env: Any, counters: dict[str, Any]) -> None:
-    """Continue a curriculum. A weight that the user configured anew since then is left alone."""
-    if "common_step_counter" in counters:
-        env.common_step_counter = counters["common_step_counter"]
-    manager = getattr(env, "reward_manager", None)
-    if manager is None or "reward_weights" not in counters:
-        return
-    configured = _configured(env, manager.active_terms)
-    for name, weight in counters["reward_weights"].items():
-        if name in configured and configured[name] == counters["configured_weights"].get(name):
-            manager.get_term_cfg(name).weight = weight
-
-
-def _canonical(value: Any) -> Any:
-    """The same content in new containers, so that equal content gives equal bytes whatever its history."""
-    if isinstance(value, torch.Tensor):
-        return value.detach().clone()
-    if isinstance(value, dict):
-        return {(sys.intern(key) if isinstance(key, str) else key): _canonical(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return type(value)(_canonical(entry) for entry in value)
-    return value
 
 
 def _number_of(path: Path) -> int:

@@ -86,11 +86,6 @@ def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Call
     return decorator
 
 
-def names_path(overrides: Sequence[str], path: str) -> bool:
-    """Whether an override sets the entry at ``path``."""
-    return any(text.lstrip("+~").partition("=")[0] == path for text in overrides)
-
-
 # -- presets
 
 

@@ -130,6 +130,11 @@ def num_envs_for_device(task_name: str, cfg: Any) -> int:
     return min(cfg.scene.num_envs, task_kwargs(task_name).get("cpu_num_envs", CPU_NUM_ENVS))
 
 
+def names_path(overrides: Sequence[str], path: str) -> bool:
+    """Whether an override sets the entry at ``path``."""
+    return any(text.lstrip("+~").partition("=")[0] == path for text in overrides)
+
+
 def get_checkpoint_path(
     log_path: str | Path,
     run_dir: str = ".*",

@@ -6,13 +6,14 @@ import hashlib
 import json
 import random
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from lift_lab.utils import class_to_dict
 from lift_lab.utils.errors import FileError, suggest
 
-from .parse_cfg import get_checkpoint_path, num_envs_for_device
+from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
 
 LOG_ROOT = Path("logs") / "rsl_rl"
 """Where runs go, below the current directory."""
@@ -85,7 +86,7 @@ def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None) 
     return Path(get_checkpoint_path(folder, run, wanted))
 
 
-def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, num_envs_overridden: bool) -> None:
+def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: Sequence[str]) -> None:
     """Write the flags that all scripts share into the configurations.
 
     Args:
@@ -93,7 +94,7 @@ def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, num_envs_ove
         agent_cfg: agent configuration; may be None.
         args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``; those that are missing or None change nothing.
         task: id of the task.
-        num_envs_overridden: whether an override set the number of environments.
+        overrides: overrides that were applied; what they name is not replaced by a default.
     """
     from lift_lab.sim.simulation_context import resolve_device
 
@@ -102,24 +103,25 @@ def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, num_envs_ove
     env_cfg.sim.device = resolve_device(env_cfg.sim.device)
     if getattr(args, "num_envs", None) is not None:
         env_cfg.scene.num_envs = args.num_envs
-    elif not num_envs_overridden:
+    elif not names_path(overrides, "env.scene.num_envs"):
         env_cfg.scene.num_envs = num_envs_for_device(task, env_cfg)
     if getattr(args, "num_threads", None) is not None:
         env_cfg.sim.num_threads = args.num_threads
     seed = getattr(args, "seed", None)
     if seed == -1:
         seed = random.randint(0, 10_000)
+    if seed is not None:
+        env_cfg.seed = seed
     if agent_cfg is None:
-        env_cfg.seed = seed if seed is not None else env_cfg.seed
         return
     if seed is not None:
         agent_cfg.seed = seed
-    env_cfg.seed = agent_cfg.seed
+    elif not names_path(overrides, "env.seed"):
+        env_cfg.seed = agent_cfg.seed
     if getattr(args, "num_threads", None) is not None:
         agent_cfg.num_threads = args.num_threads
-    agent_cfg.device = (
-        env_cfg.sim.device if agent_cfg.device == "auto" or getattr(args, "device", None) else agent_cfg.device
-    )
+    if agent_cfg.device == "auto" or getattr(args, "device", None):
+        agent_cfg.device = env_cfg.sim.device
 
 
 def fingerprint(env_cfg: Any, agent_cfg: Any) -> str:

@@ -26,7 +26,8 @@ JOINTS = {
 }
 MJCF = """
 <mujoco><compiler angle="radian"/><worldbody><body name="link0"><inertial {link0}/>
- <body name="link1" pos="0 0 .3"><inertial {link1}/><joint name="joint1" axis="0 0 1" range="-2.8 2.5" armature=".1" actuatorfrcrange="-87 87"/>
+ <body name="link1" pos="0 0 .3"><inertial {link1}/>
+  <joint name="joint1" axis="0 0 1" range="-2.8 2.5" armature=".1" actuatorfrcrange="-87 87"/>
   <geom type="capsule" size=".05 .1" pos="0 0 .1"/>
   <body name="link2" pos=".05 0 .2" euler="-1.5707963267948966 0 0"><inertial {link2}/>
    <joint name="joint2" axis="0 0 1" range="-1.7 1.6" armature=".05" actuatorfrcrange="-40 40"/>

@@ -116,7 +116,10 @@ def test_a_filter_on_an_articulation_root_above_its_links_covers_them_all(author
 
 @pytest.mark.parametrize(
     ("attribute", "schema"),
-    [("physxArticulation:enabledSelfCollisions", "PhysxArticulationAPI"), ("newton:selfCollisionEnabled", "NewtonArticulationRootAPI")],
+    [
+        ("physxArticulation:enabledSelfCollisions", "PhysxArticulationAPI"),
+        ("newton:selfCollisionEnabled", "NewtonArticulationRootAPI"),
+    ],
 )
 @pytest.mark.parametrize("enabled", [True, False])
 def test_the_self_collision_switch_covers_all_pairs_of_links(heap, attribute, schema, enabled):

@@ -135,9 +135,7 @@ def test_a_reversed_joint_keeps_the_sign_of_its_position_and_its_limits(author, 
     shift = np.zeros(3) if kind == "RevoluteJoint" else np.array([q, 0, 0])
     base_in_link_rot = rot0 * turn
     base_in_link_pos = np.array(pos0) + rot0.apply(shift) - base_in_link_rot.apply(pos1)
-    np.testing.assert_allclose(
-        data.body("link").xmat.reshape(3, 3), base_in_link_rot.inv().as_matrix(), atol=1e-6
-    )
+    np.testing.assert_allclose(data.body("link").xmat.reshape(3, 3), base_in_link_rot.inv().as_matrix(), atol=1e-6)
     np.testing.assert_allclose(data.body("link").xpos, -base_in_link_rot.inv().apply(base_in_link_pos), atol=1e-6)
 
 
@@ -212,6 +210,7 @@ def test_a_y_up_centimetre_gram_stage_matches_its_si_twin(author):
     def chain(up, unit, grams):
         a = author(up, unit, grams)
         k, length = 1 / grams, 1 / unit
+
         # Y-up axes: x stays, world z is the stage's y, world y is the stage's -z.
         def v(x, y, z):
             return np.array([x, y, z] if up == "Z" else [x, z, -y]) * length

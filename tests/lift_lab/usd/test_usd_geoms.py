@@ -122,7 +122,9 @@ def test_mesh_vertices_and_winding_survive_any_scale(author, scale):
 
 def test_left_handed_meshes_are_turned_inside_out(author):
     a = author()
-    prim = a.mesh("/Robot/c", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3, 1), (1, 3, 2), (0, 2, 3)])
+    prim = a.mesh(
+        "/Robot/c", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3, 1), (1, 3, 2), (0, 2, 3)]
+    )
     UsdGeom.Mesh(prim).CreateOrientationAttr("leftHanded")
     model, _ = a.load()
     p = model.mesh_vert[model.mesh_face]
@@ -250,7 +252,8 @@ def test_static_colliders_beside_the_default_prim_have_their_own_body(author):
 
 
 @pytest.mark.parametrize(
-    ("purpose", "visible", "group"), [("default", True, 0), ("render", True, 0), ("guide", True, 3), ("default", False, 3)]
+    ("purpose", "visible", "group"),
+    [("default", True, 0), ("render", True, 0), ("guide", True, 3), ("default", False, 3)],
 )
 def test_colliders_that_do_not_render_go_to_group_three(author, purpose, visible, group):
     a = author()

@@ -13,7 +13,9 @@ from scipy.spatial.transform import Rotation
 from lift_lab.usd import UsdImportError
 
 DEG = math.pi / 180
-HINGE, SLIDE, BALL = (int(t) for t in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL))
+HINGE, SLIDE, BALL = (
+    int(t) for t in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL)
+)
 
 
 @pytest.fixture
@@ -168,6 +170,14 @@ def test_several_joints_between_two_bodies_add_up_on_one_body(pair):
     np.testing.assert_allclose(states[0][1], states[1][1], atol=1e-9)
 
 
+def test_a_ball_and_a_slide_between_two_bodies_add_up(pair):
+    pair.joint("/Robot/slide", "PrismaticJoint", "/Robot/base", "/Robot/link", "X", pos0=(0, 0, 1))
+    pair.joint("/Robot/ball", "SphericalJoint", "/Robot/base", "/Robot/link", pos0=(0, 0, 1))
+    model, _ = pair.load()
+    assert model.jnt_type.tolist() == [SLIDE, BALL]
+    assert model.neq == 0
+
+
 def test_compound_joints_that_disagree_at_zero_are_reported(pair, notes):
     pair.joint("/Robot/a", "RevoluteJoint", "/Robot/base", "/Robot/link", "X", pos0=(0, 0, 1))
     pair.joint("/Robot/b", "RevoluteJoint", "/Robot/base", "/Robot/link", "Y", pos0=(0, 0, 2))
@@ -316,7 +326,9 @@ def test_a_mimic_of_nothing_is_an_error(pair):
 
 def test_a_mimic_pair_moves_together_in_simulation(pair):
     follow = _mimic_pair(pair)
-    pair.attrs(follow, {"physxMimicJoint:rotZ:gearing": 1.0, "physxMimicJoint:rotZ:offset": 0.0}, "PhysxMimicJointAPI:rotZ")
+    pair.attrs(
+        follow, {"physxMimicJoint:rotZ:gearing": 1.0, "physxMimicJoint:rotZ:offset": 0.0}, "PhysxMimicJointAPI:rotZ"
+    )
     follow.CreateRelationship("physxMimicJoint:rotZ:referenceJoint").SetTargets(["/Robot/lead"])
     model, _ = pair.load()
     model.opt.gravity[:] = 0

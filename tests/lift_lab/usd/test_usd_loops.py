@@ -94,3 +94,12 @@ def test_a_loop_that_has_no_equality_is_reported(chain, notes):
     model, report = chain.load()
     assert model.neq == 0
     assert "no equality" in notes(report, "/Robot/p")[0][0]
+
+
+def test_a_joint_that_holds_a_kinematic_body_is_superfluous(author, notes):
+    a = author()
+    a.attrs(a.body("/Robot/k"), {"physics:kinematicEnabled": True})
+    a.joint("/Robot/w", "FixedJoint", None, "/Robot/k")
+    model, report = a.load()
+    assert (model.neq, model.nmocap) == (0, 1)
+    assert "held already" in notes(report, "/Robot/w")[0][0]

@@ -71,6 +71,13 @@ def test_an_actuator_without_a_known_target_is_an_error(arm):
         arm.load()
 
 
+def test_an_actuator_without_target_is_left_out_and_reported(arm, notes):
+    _prim(arm, "/Robot/motor", "MjcActuator", gear=[1.0])
+    model, report = arm.load()
+    assert model.nu == 0
+    assert notes(report, "/Robot/motor")[0] == ["an actuator without a target"]
+
+
 def test_an_unknown_token_lists_the_known_ones(arm):
     _prim(arm, "/Robot/motor", "MjcActuator", {"target": ["/Robot/j1"]}, gainType="magic")
     with pytest.raises(UsdImportError, match="'magic' is none of fixed, affine"):
@@ -157,3 +164,23 @@ def test_scene_options_and_flags_are_mjcfs(arm):
 def test_gravity_can_be_switched_off_for_the_scene(arm, attribute):
     arm.attrs(UsdPhysics.Scene.Define(arm.stage, "/scene").GetPrim(), {attribute: False})
     np.testing.assert_allclose(arm.load()[0].opt.gravity, 0)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"newton:timeStepsPerSecond": 250}, 0.004),
+        ({"physxScene:timeStepsPerSecond": 100}, 0.01),
+        ({"newton:timeStepsPerSecond": 250, "mjc:option:timestep": 0.003}, 0.003),
+    ],
+)
+def test_the_time_step_comes_from_any_dialect(arm, values, expected):
+    arm.attrs(UsdPhysics.Scene.Define(arm.stage, "/scene").GetPrim(), values)
+    assert arm.load()[0].opt.timestep == pytest.approx(expected)
+
+
+def test_a_total_mass_scales_every_body(arm):
+    arm.attrs(UsdPhysics.Scene.Define(arm.stage, "/scene").GetPrim(), {"mjc:compiler:setTotalMass": 6.0})
+    model, _ = arm.load()
+    np.testing.assert_allclose(model.body_mass[1:], 2.0, rtol=1e-6)
+    np.testing.assert_allclose(model.body_inertia[1:], 0.02, rtol=1e-6)

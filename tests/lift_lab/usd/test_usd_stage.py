@@ -35,7 +35,8 @@ def test_every_file_format_gives_the_same_model(author, tmp_path, suffix):
 
 
 def test_references_and_payloads_are_followed(author, tmp_path):
-    _ball(author).stage.GetRootLayer().Export(str(tmp_path / "ball.usda"))
+    a = _ball(author)
+    a.stage.GetRootLayer().Export(str(tmp_path / "ball.usda"))
     stage = Usd.Stage.CreateNew(str(tmp_path / "scene.usda"))
     UsdGeom.SetStageUpAxis(stage, "Z")
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)

@@ -10,7 +10,8 @@ import pytest
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, FileError, NotFoundError
 from lift_lab_tasks.utils import get_checkpoint_path, load_cfg_from_registry, registered_tasks
-from lift_lab_tasks.utils.hydra import compose, hydra_task_config, names_path
+from lift_lab_tasks.utils.hydra import compose, hydra_task_config
+from lift_lab_tasks.utils.parse_cfg import names_path
 
 
 def lifted(env):

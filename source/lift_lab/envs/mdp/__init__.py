@@ -6,7 +6,13 @@ call. A config names it; a manager calls it.
 
 from .actions import *
 from .commands import *
-from .curriculums import anneal_reward_weight, modify_env_param, modify_reward_weight, modify_term_cfg
+from .curriculums import (
+    anneal_reward_weight,
+    anneal_reward_weight_on_success,
+    modify_env_param,
+    modify_reward_weight,
+    modify_term_cfg,
+)
 from .events import *
 from .observations import (
     base_ang_vel,
@@ -16,6 +22,10 @@ from .observations import (
     body_projected_gravity_b,
     current_time_s,
     generated_commands,
+    imu_ang_vel,
+    imu_lin_acc,
+    imu_orientation,
+    imu_projected_gravity,
     joint_effort,
     joint_pos,
     joint_pos_limit_normalized,
@@ -73,10 +83,6 @@ from .unsupported import (
     height_scan,
     image,
     image_features,
-    imu_ang_vel,
-    imu_lin_acc,
-    imu_orientation,
-    imu_projected_gravity,
     randomize_fixed_tendon_parameters,
     randomize_rigid_body_collider_offsets,
     randomize_rigid_body_com,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -78,6 +79,85 @@ class anneal_reward_weight(ManagerTermBase):
         self._term_cfg.weight = initial_weight + (final_weight - initial_weight) * t / num_steps
         env.reward_manager.set_term_cfg(term_name, self._term_cfg)
         return self._term_cfg.weight
+
+
+class anneal_reward_weight_on_success(ManagerTermBase):
+    """Move the weight of a reward term from one value to another, but only while the task is being solved.
+
+    The success rate is a running mean over the episodes that end. After each environment step with a rate of at least
+    ``raise_at`` the weight is ``1 / num_steps`` of its way further, after each with a rate below ``lower_at`` it is as
+    much back, and in between it rests. The way is the weight's logarithm (``geometric``), so that each step changes
+    it by the same factor, or the weight itself.
+
+    The way follows from the weight, so a training that continues from a checkpoint goes on where it was, once it has
+    seen ``window`` episodes.
+
+    Params:
+        term_name: the reward term.
+        initial_weight: its weight at the start, and the least far it goes back.
+        final_weight: its weight at the end.
+        num_steps: environment steps from one to the other while the rate allows.
+        command_name: the command term whose metric tells success.
+        metric: its metric, 0 or 1 for the episode so far.
+        raise_at: success rate from which on the weight moves.
+        lower_at: success rate below which it moves back.
+        window: episodes that the running mean looks back on; nothing moves before as many have ended.
+        geometric: whether the logarithm of the weight moves evenly; both weights then need one sign.
+
+    Returns:
+        ``weight`` and ``success_rate``, for the log.
+    """
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        params = cfg.params
+        self._term_cfg = env.reward_manager.get_term_cfg(params["term_name"])
+        self._rate, self._episodes, self._last_step = 0.0, 0, env.common_step_counter
+        name = type(self).__name__
+        if params["num_steps"] < 1 or params.get("window", 1) < 1:
+            raise ConfigError(f"{name}: num_steps and window must be at least 1")
+        if not params.get("lower_at", 0.5) <= params.get("raise_at", 0.8):
+            raise ConfigError(f"{name}: lower_at must not be above raise_at")
+        if params.get("geometric", True) and params["initial_weight"] * params["final_weight"] <= 0:
+            raise ConfigError(f"{name}: a geometric way needs two weights of one sign, not zero; or geometric=False")
+        if params["initial_weight"] == params["final_weight"]:
+            raise ConfigError(f"{name}: initial_weight and final_weight are the same")
+
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: EnvIds,
+        term_name: str,
+        initial_weight: float,
+        final_weight: float,
+        num_steps: int,
+        command_name: str = "object_pose",
+        metric: str = "success",
+        raise_at: float = 0.8,
+        lower_at: float = 0.5,
+        window: int = 2000,
+        geometric: bool = True,
+    ) -> dict[str, float]:
+        ended = env.command_manager.get_term(command_name).metrics[metric][env_ids]
+        elapsed, self._last_step = env.common_step_counter - self._last_step, env.common_step_counter
+        if env.common_step_counter > 0:  # at 0 no episode has ended
+            self._episodes = min(self._episodes + len(ended), window)
+            self._rate += (float(ended.mean()) - self._rate) * min(1.0, len(ended) / self._episodes)
+        if self._episodes < window or lower_at <= self._rate < raise_at:
+            return {"weight": self._term_cfg.weight, "success_rate": self._rate}
+        weight, whole = self._term_cfg.weight, final_weight - initial_weight
+        if geometric:
+            way = math.log(weight / initial_weight) / math.log(final_weight / initial_weight)
+        else:
+            way = (weight - initial_weight) / whole
+        way += elapsed / num_steps if self._rate >= raise_at else -elapsed / num_steps
+        way = min(max(way, 0.0), 1.0)
+        if geometric:
+            self._term_cfg.weight = initial_weight * (final_weight / initial_weight) ** way
+        else:
+            self._term_cfg.weight = initial_weight + whole * way
+        env.reward_manager.set_term_cfg(term_name, self._term_cfg)
+        return {"weight": self._term_cfg.weight, "success_rate": self._rate}
 
 
 class modify_env_param(ManagerTermBase):

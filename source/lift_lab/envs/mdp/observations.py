@@ -18,6 +18,7 @@ from ._tensors import columns
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject
     from lift_lab.envs import ManagerBasedEnv, ManagerBasedRLEnv
+    from lift_lab.sensors import Imu
 
 # -- root state
 
@@ -145,6 +146,33 @@ def joint_effort(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCf
     """Efforts that act on the chosen joints in N m or N. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
     return columns(asset.data.applied_torque, asset_cfg.joint_ids)
+
+
+# -- inertial measurement
+
+
+def imu_orientation(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
+    """Orientation of an IMU (w, x, y, z) in the world frame. Shape is (num_envs, 4)."""
+    sensor: Imu = env.scene[asset_cfg.name]
+    return sensor.data.quat_w
+
+
+def imu_projected_gravity(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
+    """Unit vector of gravity in an IMU's frame. Shape is (num_envs, 3)."""
+    sensor: Imu = env.scene[asset_cfg.name]
+    return sensor.data.projected_gravity_b
+
+
+def imu_ang_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
+    """Angular velocity in an IMU's frame in rad/s. Shape is (num_envs, 3)."""
+    sensor: Imu = env.scene[asset_cfg.name]
+    return sensor.data.ang_vel_b
+
+
+def imu_lin_acc(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
+    """Acceleration that an IMU measures, in its frame in m/s^2. Shape is (num_envs, 3)."""
+    sensor: Imu = env.scene[asset_cfg.name]
+    return sensor.data.lin_acc_b
 
 
 # -- actions, commands and time

@@ -36,7 +36,6 @@ class UnsupportedTerm(ManagerTermBase):
 
 _CAMERAS = "images, and no camera is simulated"
 _RAYS = "a ray caster, which is not simulated"
-_IMU = "an IMU, which is not simulated"
 _ONE_MODEL = "shapes that differ between environments, which share one model"
 _LOOKS = "a renderer of textures and colours, and there is none"
 _TERRAIN = "a generated terrain, and grounds are planes"
@@ -58,30 +57,6 @@ class height_scan(UnsupportedTerm):
     """Isaac Lab's observation of the ground's height around a sensor."""
 
     needs = _RAYS
-
-
-class imu_orientation(UnsupportedTerm):
-    """Isaac Lab's observation of an IMU's orientation."""
-
-    needs = _IMU
-
-
-class imu_projected_gravity(UnsupportedTerm):
-    """Isaac Lab's observation of gravity in an IMU's frame."""
-
-    needs = _IMU
-
-
-class imu_ang_vel(UnsupportedTerm):
-    """Isaac Lab's observation of an IMU's angular velocity."""
-
-    needs = _IMU
-
-
-class imu_lin_acc(UnsupportedTerm):
-    """Isaac Lab's observation of an IMU's linear acceleration."""
-
-    needs = _IMU
 
 
 class body_incoming_wrench(UnsupportedTerm):

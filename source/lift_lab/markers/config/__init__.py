@@ -11,9 +11,11 @@ __all__ = [
     "BLUE_ARROW_X_MARKER_CFG",
     "CONTACT_SENSOR_MARKER_CFG",
     "CUBOID_MARKER_CFG",
+    "DEFORMABLE_TARGET_MARKER_CFG",
     "FRAME_MARKER_CFG",
     "GREEN_ARROW_X_MARKER_CFG",
     "POSITION_GOAL_MARKER_CFG",
+    "RAY_CASTER_MARKER_CFG",
     "RED_ARROW_X_MARKER_CFG",
     "SPHERE_MARKER_CFG",
 ]
@@ -75,3 +77,13 @@ CONTACT_SENSOR_MARKER_CFG = VisualizationMarkersCfg(
     }
 )
 """A contact."""
+
+RAY_CASTER_MARKER_CFG = VisualizationMarkersCfg(
+    markers={"hit": sim_utils.SphereCfg(radius=0.02, visual_material=_colour(1.0, 0.0, 0.0))}
+)
+"""Where a ray hits."""
+
+DEFORMABLE_TARGET_MARKER_CFG = VisualizationMarkersCfg(
+    markers={"target": sim_utils.SphereCfg(radius=0.02, visual_material=_colour(0.75, 0.75, 1.0))}
+)
+"""Where a point of a deformable object is to be."""

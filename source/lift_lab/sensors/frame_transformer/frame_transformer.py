@@ -6,12 +6,13 @@ Each frame is a site of the model, so that the engine's own kinematics place it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 import torch
 
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names
@@ -19,7 +20,6 @@ from lift_lab.utils.string import resolve_matching_names
 from ..sensor_base import SensorBase, find_bodies_by_prim_path
 
 if TYPE_CHECKING:
-    from lift_lab.assets import Articulation, RigidObject
     from lift_lab.sim.physics.base import Physics
 
     from .frame_transformer_cfg import FrameTransformerCfg, OffsetCfg
@@ -100,21 +100,23 @@ class FrameTransformer(SensorBase):
         """Indices and names of the target frames that match regular expressions."""
         return resolve_matching_names(name_keys, self._names, preserve_order)
 
-    def build(self, spec: mujoco.MjSpec, name: str, assets: Mapping[str, Articulation | RigidObject]) -> None:
+    def build(self, spec: mujoco.MjSpec, name: str, prim_paths: Mapping[str, str]) -> None:
         """Add a site for the source frame and one for each target frame.
 
         Raises:
             ConfigError: a prim path that no body answers to, or a source path that several do.
         """
-        super().build(spec, name, assets)
+        super().build(spec, name, prim_paths)
         where = f"scene.{name}"
-        sources = find_bodies_by_prim_path(spec, assets, self.cfg.prim_path, f"{where}.prim_path")
+        sources = find_bodies_by_prim_path(spec, prim_paths, self.cfg.prim_path, f"{where}.prim_path")
         if len(sources) != 1:
             raise ConfigError(f"{where}.prim_path '{self.cfg.prim_path}' means several bodies: {', '.join(sources)}")
         self._add_site(spec, sources[0], "source", self.cfg.source_frame_offset)
         self._names: list[str] = []
         for i, frame in enumerate(self.cfg.target_frames):
-            bodies = find_bodies_by_prim_path(spec, assets, frame.prim_path, f"{where}.target_frames[{i}].prim_path")
+            bodies = find_bodies_by_prim_path(
+                spec, prim_paths, frame.prim_path, f"{where}.target_frames[{i}].prim_path"
+            )
             for body in bodies:
                 leaf = body.rsplit("/", 1)[-1]
                 label = frame.name if frame.name is not None and len(bodies) == 1 else leaf
@@ -138,3 +140,36 @@ class FrameTransformer(SensorBase):
         source = model.site(f"{self.name}/source").id
         targets = [model.site(f"{self.name}/target{i}").id for i in range(len(self._names))]
         self._data = FrameTransformerData(physics, env_origins_w, source, targets, self._names)
+
+    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
+        if not hasattr(self, "frame_visualizer"):
+            self.frame_visualizer = VisualizationMarkers(self.cfg.visualizer_cfg)
+        self.frame_visualizer.set_visibility(debug_vis)
+
+    def _debug_vis_callback(self, event: Any) -> None:
+        """Axes at the source and the targets and, where the markers have a second shape, lines between them."""
+        data, count = self.data, len(self._names)
+        source_w = data.source_pos_w[:, None].expand(-1, count, -1).reshape(-1, 3)
+        target_w = data.target_pos_w.reshape(-1, 3)
+        positions = torch.cat((data.source_pos_w, target_w))
+        quats = torch.cat((data.source_quat_w, data.target_quat_w.reshape(-1, 4)))
+        scales = torch.ones_like(positions)
+        indices = torch.zeros(len(positions), dtype=torch.long)
+        if self.frame_visualizer.num_prototypes > 1:
+            between_w = target_w - source_w
+            length = between_w.norm(dim=-1, keepdim=True)
+            line_scales = torch.cat((torch.ones_like(between_w[:, :2]), length), dim=1)
+            positions = torch.cat((positions, (source_w + target_w) / 2))
+            quats = torch.cat((quats, _quat_of_z_axis(between_w / length.clamp(min=1e-9))))
+            scales = torch.cat((scales, line_scales))
+            indices = torch.cat((indices, torch.ones(len(between_w), dtype=torch.long)))
+        self.frame_visualizer.visualize(positions, quats, scales, indices)
+
+
+def _quat_of_z_axis(direction: torch.Tensor) -> torch.Tensor:
+    """Shortest rotations (w, x, y, z) that bring the z axis to unit vectors of shape (n, 3)."""
+    x, y, z = direction.unbind(-1)
+    quat = torch.stack((1.0 + z, -y, x, torch.zeros_like(z)), dim=-1)
+    norm = quat.norm(dim=-1, keepdim=True)
+    half_turn = torch.tensor((0.0, 1.0, 0.0, 0.0), device=direction.device).expand_as(quat)
+    return torch.where(norm > 1e-6, quat / norm.clamp(min=1e-6), half_turn)

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+import torch
 
 import lift_lab.envs.mdp as mdp
 from lift_lab.managers import CurriculumTermCfg, RewardTermCfg
@@ -152,3 +153,51 @@ def test_a_parameter_inside_a_dictionary_can_be_changed(env):
 def test_an_address_that_leads_nowhere_is_an_error_at_once(env, func, address, message):
     with pytest.raises(ConfigError, match=message):
         _term(func, env, address=address, modify_fn=_later)
+
+
+def _succeeding(env, outcomes):
+    """Let the command's metric tell these outcomes of the episodes that end."""
+    env.command_manager.get_term = lambda name: SimpleNamespace(metrics={"success": torch.tensor(outcomes)})
+
+
+def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):
+    settings = {"initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 300, "window": 4}
+    term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
+    ids = slice(None)
+    log = []
+    # (step, outcomes): rates 1/2 of 2 episodes, then 3/4 of 4, then 3/4 + (1 - 3/4) 2/4 = 7/8, then 15/16, ...
+    for step, outcomes in (
+        (0, [0.0, 0.0]),  # the first reset ends no episode
+        (50, [1.0, 0.0]),  # fewer than 4 episodes: wait
+        (80, [1.0, 1.0]),  # 0.75 rests
+        (180, [1.0, 1.0]),  # 0.875 raises by 100/300 of three decades
+        (280, [1.0, 1.0]),  # 0.9375, again
+        (290, [0.0, 0.0, 0.0, 0.0]),  # 0: 10/300 back
+        (990, [1.0, 1.0, 1.0, 1.0]),  # 1: to the end and no further
+    ):
+        env.common_step_counter = step
+        _succeeding(env, outcomes)
+        log.append(term(env, ids, **params))
+    assert [entry["success_rate"] for entry in log] == pytest.approx([0, 0.5, 0.75, 0.875, 0.9375, 0, 1])
+    decades = [0, 0, 0, 1, 2, 1.9, 3]
+    assert [entry["weight"] for entry in log] == pytest.approx([-(10.0 ** (d - 4)) for d in decades], rel=1e-9)
+    assert env.reward_manager.cfg.penalty.weight == pytest.approx(-0.1)
+
+
+def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_it_is(env):
+    settings = {"initial_weight": 0.0, "final_weight": -1.0, "num_steps": 100, "window": 1, "geometric": False}
+    env.reward_manager.cfg.penalty.weight = -0.4  # as a checkpoint left it
+    term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
+    env.common_step_counter = 10
+    _succeeding(env, [1.0])
+    assert term(env, slice(None), **params)["weight"] == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"num_steps": 0}, {"window": 0}, {"raise_at": 0.3}, {"initial_weight": 0.0}, {"initial_weight": -1.0}],
+)
+def test_a_weight_that_follows_success_checks_its_settings(env, settings):
+    params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100} | settings
+    with pytest.raises(ConfigError, match="anneal_reward_weight_on_success"):
+        _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **params)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 
 from lift_lab.managers import CommandTerm
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 
 from .._tensors import sample_ranges
@@ -77,3 +78,14 @@ class UniformPose2dCommand(CommandTerm):
         yaw_frame = math_utils.yaw_quat(data.root_quat_w)
         self.pos_command_b[:] = math_utils.quat_apply_inverse(yaw_frame, self.pos_command_w - data.root_pos_w)
         self.heading_command_b[:] = math_utils.wrap_to_pi(self.heading_command_w - data.heading_w)
+
+    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
+        if not hasattr(self, "goal_pose_visualizer"):
+            self.goal_pose_visualizer = VisualizationMarkers(self.cfg.goal_pose_visualizer_cfg)
+        self.goal_pose_visualizer.set_visibility(debug_vis)
+
+    def _debug_vis_callback(self, event: Any) -> None:
+        zeros = torch.zeros_like(self.heading_command_w)
+        self.goal_pose_visualizer.visualize(
+            self.pos_command_w, math_utils.quat_from_euler_xyz(zeros, zeros, self.heading_command_w)
+        )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 
 from lift_lab.managers import CommandTerm
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
@@ -92,6 +93,18 @@ class UniformPoseCommand(CommandTerm):
 
     def _update_command(self) -> None:
         pass
+
+    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
+        if not hasattr(self, "goal_pose_visualizer"):
+            self.goal_pose_visualizer = VisualizationMarkers(self.cfg.goal_pose_visualizer_cfg)
+            self.current_pose_visualizer = VisualizationMarkers(self.cfg.current_pose_visualizer_cfg)
+        self.goal_pose_visualizer.set_visibility(debug_vis)
+        self.current_pose_visualizer.set_visibility(debug_vis)
+
+    def _debug_vis_callback(self, event: Any) -> None:
+        data = self.robot.data
+        self.goal_pose_visualizer.visualize(self.pose_command_w[:, :3], self.pose_command_w[:, 3:])
+        self.current_pose_visualizer.visualize(data.body_pos_w[:, self.body_idx], data.body_quat_w[:, self.body_idx])
 
     def _update_world_pose(self, env_ids: torch.Tensor | slice) -> None:
         data, command = self.robot.data, self.pose_command_b[env_ids]

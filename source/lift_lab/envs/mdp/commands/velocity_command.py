@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 
 from lift_lab.managers import CommandTerm
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
@@ -20,6 +21,11 @@ if TYPE_CHECKING:
     from .commands_cfg import NormalVelocityCommandCfg, UniformVelocityCommandCfg
 
 logger = logging.getLogger(__name__)
+
+_ARROW_HEIGHT_M = 0.5
+"""Height of the markers above the root."""
+_ARROW_PER_SPEED = 3.0
+"""Stretch of a marker per m/s, as Isaac Lab draws it."""
 
 
 class UniformVelocityCommand(CommandTerm):
@@ -87,6 +93,26 @@ class UniformVelocityCommand(CommandTerm):
             rate = (self.cfg.heading_control_stiffness * error).clamp(*self.cfg.ranges.ang_vel_z)
             self.vel_command_b[:, 2] = torch.where(self.is_heading_env, rate, self.vel_command_b[:, 2])
         self.vel_command_b.masked_fill_(self.is_standing_env.unsqueeze(1), 0.0)
+
+    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
+        if not hasattr(self, "goal_vel_visualizer"):
+            self.goal_vel_visualizer = VisualizationMarkers(self.cfg.goal_vel_visualizer_cfg)
+            self.current_vel_visualizer = VisualizationMarkers(self.cfg.current_vel_visualizer_cfg)
+        self.goal_vel_visualizer.set_visibility(debug_vis)
+        self.current_vel_visualizer.set_visibility(debug_vis)
+
+    def _debug_vis_callback(self, event: Any) -> None:
+        data = self.robot.data
+        above = data.root_pos_w + torch.tensor((0.0, 0.0, _ARROW_HEIGHT_M), device=self.device)
+        for markers, velocity_b in (
+            (self.goal_vel_visualizer, self.vel_command_b[:, :2]),
+            (self.current_vel_visualizer, data.root_lin_vel_b[:, :2]),
+        ):
+            zeros = torch.zeros_like(velocity_b[:, 0])
+            turn = math_utils.quat_from_euler_xyz(zeros, zeros, torch.atan2(velocity_b[:, 1], velocity_b[:, 0]))
+            scales = torch.ones(self.num_envs, 3, device=self.device)
+            scales[:, 0] = _ARROW_PER_SPEED * velocity_b.norm(dim=1)
+            markers.visualize(above, math_utils.quat_mul(data.root_quat_w, turn), scales)
 
 
 class NormalVelocityCommand(UniformVelocityCommand):

@@ -6,8 +6,6 @@ control step is 20 ms. A robot's config fills in what is MISSING.
 
 from __future__ import annotations
 
-from dataclasses import MISSING
-
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg
@@ -22,7 +20,7 @@ from lift_lab.managers import TerminationTermCfg as DoneTerm
 from lift_lab.markers.config import FRAME_MARKER_CFG
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.assets import ASSETS_USD_DIR
 
 from . import mdp

@@ -6,8 +6,6 @@ fills in what is MISSING here.
 
 from __future__ import annotations
 
-from dataclasses import MISSING
-
 import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg, RigidObjectCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
@@ -19,7 +17,7 @@ from lift_lab.managers import SceneEntityCfg
 from lift_lab.managers import TerminationTermCfg as DoneTerm
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sensors import FrameTransformerCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.assets import ASSETS_USD_DIR
 
 from . import mdp

@@ -6,8 +6,6 @@ is 30 ms in place of 33 ms. A robot's config fills in what is MISSING.
 
 from __future__ import annotations
 
-from dataclasses import MISSING
-
 import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
@@ -20,7 +18,7 @@ from lift_lab.managers import RewardTermCfg as RewTerm
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.managers import TerminationTermCfg as DoneTerm
 from lift_lab.scene import InteractiveSceneCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.assets import ASSETS_USD_DIR
 from lift_lab.utils.noise import AdditiveUniformNoiseCfg as Unoise
 

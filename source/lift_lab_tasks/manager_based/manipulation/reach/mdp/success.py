@@ -18,7 +18,7 @@ def pose_reached(
     max_distance: float = 0.02,
     max_angle_rad: float = 0.2,
 ) -> torch.Tensor:
-    """Whether the command's body is within ``max_distance`` (m) and ``max_angle_rad`` of its pose. Shape (num_envs,)."""
+    """Whether the body is within ``max_distance`` (m) and ``max_angle_rad`` of its pose, shape (num_envs,)."""
     term = env.command_manager.get_term(command_name)
     data = term.robot.data
     goal_w = term.pose_command_w

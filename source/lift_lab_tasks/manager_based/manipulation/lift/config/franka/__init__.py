@@ -8,13 +8,26 @@ _JOINT_POS = f"{_FRANKA}.joint_pos_env_cfg"
 _PPO = f"{_FRANKA}.agents.rsl_rl_ppo_cfg:LiftCubePPORunnerCfg"
 _IK_PPO = f"{_FRANKA}.agents.rsl_rl_ppo_ik_cfg"
 
-_CURRICULA = {"step": f"{_JOINT_POS}:CurriculumCfg", "linear": f"{_FRANKA}.curricula:LinearCurriculumCfg", "none": None}
+_CURRICULA = {
+    "step": f"{_JOINT_POS}:CurriculumCfg",
+    "linear": f"{_FRANKA}.curricula:LinearCurriculumCfg",
+    "success": f"{_FRANKA}.curricula:SuccessCurriculumCfg",
+    "none": None,
+}
 
 for _id, _env_cfg, _agent in (
     ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
     ("Lift-Cube-Franka-CL", f"{_JOINT_POS}:FrankaCubeLiftCurriculumEnvCfg", _PPO),
-    ("Lift-Cube-Franka-IK-Rel", f"{_FRANKA}.ik_rel_env_cfg:FrankaCubeLiftEnvCfg", f"{_IK_PPO}:LiftCubeIKRelPPORunnerCfg"),
-    ("Lift-Cube-Franka-IK-Abs", f"{_FRANKA}.ik_abs_env_cfg:FrankaCubeLiftEnvCfg", f"{_IK_PPO}:LiftCubeIKAbsPPORunnerCfg"),
+    (
+        "Lift-Cube-Franka-IK-Rel",
+        f"{_FRANKA}.ik_rel_env_cfg:FrankaCubeLiftEnvCfg",
+        f"{_IK_PPO}:LiftCubeIKRelPPORunnerCfg",
+    ),
+    (
+        "Lift-Cube-Franka-IK-Abs",
+        f"{_FRANKA}.ik_abs_env_cfg:FrankaCubeLiftEnvCfg",
+        f"{_IK_PPO}:LiftCubeIKAbsPPORunnerCfg",
+    ),
 ):
     for _suffix, _cfg in (("", _env_cfg), ("-Play", f"{_env_cfg}_PLAY")):
         gym.register(
@@ -25,6 +38,7 @@ for _id, _env_cfg, _agent in (
                 "env_cfg_entry_point": _cfg,
                 "rsl_rl_cfg_entry_point": _agent,
                 "success": f"{_LIFT}.mdp:object_reached_goal",
+                "cpu_num_envs": 512,
                 "presets": {"env.curriculum": _CURRICULA},
             },
         )

@@ -35,3 +35,17 @@ class LinearCurriculumCfg:
             "start_step": 5000,
         },
     )
+
+
+@configclass
+class SuccessCurriculumCfg:
+    """Penalties of motion that grow to the step's end value only while most episodes succeed."""
+
+    action_rate = CurrTerm(
+        func=mdp.anneal_reward_weight_on_success,
+        params={"term_name": "action_rate", "initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 5000},
+    )
+    joint_vel = CurrTerm(
+        func=mdp.anneal_reward_weight_on_success,
+        params={"term_name": "joint_vel", "initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 5000},
+    )

@@ -1,0 +1,250 @@
+"""Train baseline and curriculum over seeds, evaluate each, and report: the whole study in one command.
+
+python scripts/rsl_rl/study.py [--seeds 1 2 3] [--max_iterations N] [--processes 1] [flags] [overrides]
+
+Everything goes to logs/rsl_rl/<name>/: runs, evaluations, results.json, and report/report.html. Called again it goes on
+where it was, whatever ended it: done trainings and evaluations are kept, the others are continued from their newest
+checkpoint. A task may be a variant in quotes: "linear=Lift-Cube-Franka-CL env/curriculum=linear".
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from cli_args import positive
+
+from lift_lab.app import cli
+
+SCRIPTS = Path(__file__).resolve().parent
+
+
+def parse():
+    parser = cli.Parser(__doc__)
+    tasks = ["Lift-Cube-Franka", "Lift-Cube-Franka-CL"]
+    parser.add_argument("--tasks", nargs="+", default=tasks, help="TASK, or 'LABEL=TASK override ...' in quotes")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3], help="seeds of the trainings")
+    parser.add_argument("--name", type=str, default="study", help="folder under logs/rsl_rl")
+    parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of each training")
+    parser.add_argument("--num_envs", type=positive, default=None, help="environments of each training")
+    parser.add_argument("--processes", type=positive, default=1, help="trainings at the same time")
+    parser.add_argument("--num_threads", type=positive, default=None, help="threads of each (default: an equal share)")
+    parser.add_argument("--device", type=str, default=None, help="torch device")
+    parser.add_argument("--episodes", type=positive, default=1000, help="episodes of each evaluation")
+    parser.add_argument("--eval_seed", type=int, default=1000, help="seed of every evaluation: all see the same starts")
+    parser.add_argument("--checkpoint", choices=["latest", "best"], default="latest", help="what is evaluated")
+    parser.add_argument(
+        "--perturb", nargs="*", default=[], help="perturbations to evaluate, e.g. mass=2 delay=0.01; 'standard' for all"
+    )
+    parser.add_argument("--perturb_episodes", type=positive, default=None, help="episodes under each perturbation")
+    parser.add_argument("--no_report", action="store_true", help="leave the report out")
+    # Flags with several values would take overrides that follow them, too.
+    overrides = [word for word in sys.argv[1:] if re.match(r"[+~]{0,2}(env|agent)[./]", word)]
+    args, rest = parser.parse([word for word in sys.argv[1:] if word not in overrides])
+    if rest:
+        parser.error(f"unexpected argument '{rest[0]}'")
+    return args, overrides
+
+
+class Study:
+    """Runs jobs in child processes and keeps the results file up to date."""
+
+    def __init__(self, args: Any, overrides: list[str], jobs: list[Any], perturb: list[str]):
+        self.args, self.overrides, self.jobs, self.perturb = args, overrides, jobs, perturb
+        self.folder = (Path("logs") / "rsl_rl" / args.name).absolute()
+        self.results = self.folder / "results.json"
+        self.stopping = threading.Event()
+        self._lock = threading.Lock()
+        self._children: set[subprocess.Popen] = set()
+        self._settings = {
+            "variants": {job.variant.label: [job.variant.task, *job.variant.overrides] for job in jobs},
+            "num_envs": args.num_envs,
+            "overrides": overrides,
+        }
+        share = max(1, (os.cpu_count() or 1) // args.processes)
+        threads = args.num_threads or (share if args.processes > 1 else None)
+        self._common = ["--num_threads", str(threads)] if threads else []
+        self._common += ["--device", args.device] if args.device else []
+
+    def prepare(self) -> None:
+        """Take over what an earlier call did."""
+        from lift_lab_rl.study.jobs import check_settings
+        from lift_lab_rl.study.page import load_results
+
+        old = load_results(self.results) if self.results.is_file() else {}
+        check_settings(old.get("settings", {}), self._settings, self.results)
+        self._settings["variants"] = {**old.get("settings", {}).get("variants", {}), **self._settings["variants"]}
+        known = {(run["label"], run["seed"]): run for run in old.get("runs", [])}
+        for job in self.jobs:
+            identity = {"label": job.variant.label, "task": job.variant.task, "seed": job.seed}
+            job.record.update(known.pop((job.variant.label, job.seed), {}) | identity)
+        self._others = list(known.values())
+        self.write()
+
+    def run(self) -> int:
+        """Do all jobs; returns how many are not finished."""
+        with ThreadPoolExecutor(self.args.processes) as pool:
+            list(pool.map(self._do, self.jobs))
+        return sum(job.record.get("status") != "done" for job in self.jobs)
+
+    def stop(self, *_: Any) -> None:
+        """Have the running children save and end, and start no more."""
+        self.stopping.set()
+        for child in list(self._children):
+            child.send_signal(signal.SIGTERM)
+
+    def write(self) -> None:
+        """Write the results file."""
+        from lift_lab_rl.files import write_atomically
+
+        with self._lock:
+            content = {
+                "command": shlex.join(["python", "scripts/rsl_rl/study.py", *sys.argv[1:]]),
+                "settings": self._settings,
+                "runs": [*self._others, *(job.record for job in self.jobs)],
+            }
+            write_atomically(self.results, (json.dumps(content, indent=2) + "\n").encode())
+
+    # -- one job
+
+    def _do(self, job: Any) -> None:
+        steps = [lambda: self._train(job), lambda: self._evaluate(job, [])]
+        steps += [lambda name=name: self._evaluate(job, [name]) for name in self.perturb]
+        for step in steps:
+            if self.stopping.is_set():
+                job.record["status"] = "stopped"
+                break
+            if not step():
+                break
+        else:
+            job.record["status"] = "done"
+        self.write()
+        print(f"{job.name}: {job.record['status']}", flush=True)
+
+    def _train(self, job: Any) -> bool:
+        from lift_lab_rl.study.jobs import newest_checkpoint
+
+        wanted = self.args.max_iterations or self._configured_iterations(job)
+        found = newest_checkpoint(self.folder, job.name)
+        if found is None or found[1] < wanted:
+            flags = ["--task", job.variant.task, "--seed", job.seed, "--max_iterations", wanted]
+            flags += ["--experiment_name", self.args.name, "--run_name", job.name, *self._common]
+            flags += ["--num_envs", self.args.num_envs] if self.args.num_envs else []
+            flags += ["--resume", "--checkpoint", found[0]] if found else []
+            start = time.monotonic()
+            status = self._call(job, "train", [*flags, *job.variant.overrides, *self.overrides])
+            job.record["train_s"] = job.record.get("train_s", 0.0) + time.monotonic() - start
+            found = newest_checkpoint(self.folder, job.name)
+            if status or found is None or found[1] < wanted:
+                ended = "stopped" if self.stopping.is_set() or not status else f"training failed ({status})"
+                job.record["status"] = ended
+                return False
+        path, job.record["iterations"] = found
+        best = path.with_name("model_best.pt")
+        checkpoint = best if self.args.checkpoint == "best" and best.is_file() else path
+        job.record["checkpoint"] = str(checkpoint)
+        job.record["status"] = "trained"
+        self.write()
+        return True
+
+    def _configured_iterations(self, job: Any) -> int:
+        from lift_lab_tasks.utils.hydra import compose
+
+        overrides = [*job.variant.overrides, *self.overrides]
+        return compose(job.variant.task, "rsl_rl_cfg_entry_point", overrides)[1].max_iterations
+
+    def _evaluate(self, job: Any, perturb: list[str]) -> bool:
+        from lift_lab_rl.study.jobs import read_evaluation
+
+        checkpoint, seed = Path(job.record["checkpoint"]), self.args.eval_seed
+        episodes = (self.args.perturb_episodes if perturb else None) or self.args.episodes
+        path = self.folder / "evaluations" / f"{'__'.join([job.name, *perturb])}.json"
+        content = read_evaluation(path, checkpoint, episodes, seed)
+        if content is None:
+            flags = ["--task", job.variant.task, "--checkpoint", checkpoint, "--episodes", episodes, "--seed", seed]
+            flags += ["--json", path, *(f"--perturb={name}" for name in perturb), *self._common]
+            status = self._call(job, "evaluate", [*flags, *job.variant.overrides, *self.overrides])
+            content = None if status else read_evaluation(path, checkpoint, episodes, seed)
+            if content is None:
+                stopped = self.stopping.is_set()
+                job.record["status"] = "stopped" if stopped else f"evaluation failed ({status})"
+                return False
+        if perturb:
+            job.record.setdefault("perturbed", {})["+".join(perturb)] = content
+        else:
+            job.record["evaluation"] = content
+        self.write()
+        return True
+
+    def _call(self, job: Any, script: str, flags: list[Any]) -> int:
+        """Run a script in a child process whose output goes to a file; returns its exit status."""
+        log = self.folder / "output" / f"{job.name}.txt"
+        log.parent.mkdir(parents=True, exist_ok=True)
+        command = [sys.executable, str(SCRIPTS / f"{script}.py"), *map(str, flags)]
+        print(f"{job.name}: {shlex.join([script, *command[2:]])}", flush=True)
+        with open(log, "a", encoding="utf-8") as output:
+            # In a group of its own: Ctrl-C reaches it through stop() only, once.
+            child = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+            self._children.add(child)
+            if self.stopping.is_set():
+                child.send_signal(signal.SIGTERM)
+            status = child.wait()
+            self._children.discard(child)
+        if status and not self.stopping.is_set():
+            lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            print(f"{job.name}: {script} failed: {lines[-1] if lines else status} (see {log})", file=sys.stderr)
+        return status
+
+
+def main() -> int:
+    args, overrides = parse()
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.generalisation import STANDARD, parse_perturbation
+    from lift_lab_rl.study.comparison import Roles
+    from lift_lab_rl.study.curves import find_runs, group_runs
+    from lift_lab_rl.study.figures import require_matplotlib
+    from lift_lab_rl.study.jobs import Variant, make_jobs
+    from lift_lab_rl.study.page import load_results, write_report
+    from lift_lab_tasks.utils.hydra import compose
+
+    if not args.no_report:
+        require_matplotlib()
+    perturb = [name for text in args.perturb for name in (STANDARD if text == "standard" else (text,))]
+    for text in perturb:
+        parse_perturbation(text)
+    jobs = make_jobs([Variant.parse(text) for text in args.tasks], args.seeds)
+    for job in jobs[: len(args.tasks)]:  # a mistake ends the study before its first training
+        compose(job.variant.task, "rsl_rl_cfg_entry_point", [*job.variant.overrides, *overrides])
+    study = Study(args, overrides, jobs, perturb)
+    study.prepare()
+    before = {number: signal.signal(number, study.stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        unfinished = study.run()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    print(f"written: {study.results}")
+    if study.stopping.is_set():
+        print("stopped: the same command goes on from here", file=sys.stderr)
+        return 130
+    if not args.no_report and any("checkpoint" in job.record for job in jobs):
+        groups = group_runs(find_runs([study.folder]))
+        labels = [group.label for group in groups]
+        page = write_report(groups, load_results(study.results), Roles.guess(labels), study.folder / "report")
+        print(f"written: {page}")
+    return 1 if unfinished else 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

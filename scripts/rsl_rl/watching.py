@@ -1,0 +1,104 @@
+"""The part of play.py that shows a policy in a browser, live or as a page that plays by itself."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from pathlib import Path
+
+SCRIPTED = ("zero", "random")
+"""Values of --agent that need no checkpoint."""
+_MOST_ENVS = 50
+"""Environments shown unless told otherwise."""
+
+
+def add_watching_args(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of the viewer and the replay."""
+    parser.add_argument("--viewer", action="store_true", help="show it live in a browser, on this machine only")
+    parser.add_argument("--port", type=int, default=8080, help="port of the viewer; 0 takes any free one")
+    parser.add_argument("--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays it")
+
+
+def is_asked(args: argparse.Namespace) -> bool:
+    """Whether :func:`watch` does what the flags ask for."""
+    return args.viewer or args.replay is not None or args.agent in SCRIPTED
+
+
+def watch(args: argparse.Namespace, overrides: list[str]) -> int:
+    """Show a policy.
+
+    Raises:
+        LiftLabError: flags that do not go together, a port that is taken, viser missing, no checkpoint, ...
+    """
+    from lift_lab.utils.errors import ConfigError
+    from lift_lab.visualizers import open_server, require_viser
+
+    if args.viewer == (args.replay is not None):
+        raise ConfigError("choose one of --viewer and --replay FILE.html (--agent zero and random need one of them)")
+    if args.video:
+        raise ConfigError("--video films off screen: leave it out with --viewer and --replay")
+    require_viser()
+    if args.replay is not None:
+        return _run(args, overrides, None)
+    server = open_server(args.port, args.task)
+    try:
+        return _run(args, overrides, server)
+    finally:
+        server.stop()
+
+
+def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
+    import gymnasium as gym
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab.utils.errors import ConfigError
+    from lift_lab_rl.evaluation import add_success_probe
+    from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.viewer import ViewerSession, record_replay
+    from lift_lab_tasks.utils import runs, task_kwargs
+    from lift_lab_tasks.utils.hydra import compose
+
+    env_cfg, agent_cfg = compose(args.task, None if args.agent in SCRIPTED else args.agent, overrides)
+    if agent_cfg is None and args.checkpoint is not None:
+        raise ConfigError(f"--agent {args.agent} needs no --checkpoint")
+    if agent_cfg is not None and args.experiment_name is not None:
+        agent_cfg.experiment_name = args.experiment_name
+    configured = env_cfg.scene.num_envs
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    if args.num_envs is None and not any("scene.num_envs=" in text for text in overrides):
+        env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
+    env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
+    checkpoint = None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    with contextlib.suppress(ConfigError):  # not every task says what success is
+        add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = RslRlVecEnvWrapper(
+        gym.make(args.task, cfg=env_cfg), clip_actions=None if agent_cfg is None else agent_cfg.clip_actions
+    )
+    try:
+        policy = _policy(args, env, agent_cfg, checkpoint)
+        print(f"policy: {args.agent if checkpoint is None else checkpoint}")
+        if server is None:
+            size = record_replay(env, policy, args.replay, args.steps or env.max_episode_length)
+            print(f"replay: {args.replay} ({size / 1e6:.1f} MB)")
+            return 0
+        session = ViewerSession(env, policy, server, args.task)
+        print(f"viewer: http://127.0.0.1:{server.get_port()} (Ctrl-C ends it)", flush=True)
+        with contextlib.suppress(KeyboardInterrupt):
+            session.run(args.steps)
+        print(f"{session.steps} steps of {env.num_envs} environments")
+    finally:
+        env.close()
+    return 0
+
+
+def _policy(args, env, agent_cfg, checkpoint):
+    from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
+    from lift_lab_rl.viewer import CheckpointPolicy, RandomPolicy, ZeroPolicy
+
+    if checkpoint is None:
+        return ZeroPolicy(env) if args.agent == "zero" else RandomPolicy(env)
+    runner = LiftLabRunner(env, to_rsl_rl(agent_cfg, env.get_observations().keys()), None, agent_cfg.device)
+    return CheckpointPolicy(runner, checkpoint, agent_cfg.device)

@@ -1,0 +1,24 @@
+"""Camera: a type for configs."""
+
+from __future__ import annotations
+
+from lift_lab.utils.errors import ConfigError
+
+from ..sensor_base import SensorBase
+from ..sensor_base_cfg import SensorBaseCfg
+
+
+class Camera(SensorBase):
+    """A type for configs; making one raises."""
+
+    def __init__(self, cfg: SensorBaseCfg):
+        """Refuse.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError(f"'{cfg.prim_path}': image sensors are not simulated; remove the camera from the scene")
+
+    @property
+    def data(self) -> None:
+        """There is none."""

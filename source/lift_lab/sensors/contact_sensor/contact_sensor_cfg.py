@@ -1,0 +1,33 @@
+"""Config of a contact sensor."""
+
+from __future__ import annotations
+
+from lift_lab.markers import CONTACT_SENSOR_MARKER_CFG, VisualizationMarkersCfg
+from lift_lab.utils import configclass
+
+from ..sensor_base_cfg import SensorBaseCfg
+from .contact_sensor import ContactSensor
+
+
+@configclass
+class ContactSensorCfg(SensorBaseCfg):
+    """Contact forces on bodies (Isaac Lab's). The bodies are those that ``prim_path`` matches."""
+
+    class_type: type = ContactSensor
+    track_pose: bool = False
+    """Whether the bodies' poses are read."""
+    track_contact_points: bool = False
+    """Whether mean contact positions are read; needs filters."""
+    track_friction_forces: bool = False
+    """Whether tangential forces are read; needs filters."""
+    max_contact_data_count_per_prim: int = 4
+    """Contacts between a body and a filter that are told apart at least; there are eight for each of a body's
+    colliders anyway, and twice that in the net force. Of more contacts than that, or 64, the strongest count."""
+    track_air_time: bool = False
+    """Whether times in the air and in contact are kept."""
+    force_threshold: float = 1.0
+    """Net force in N above which a body is in contact, for the times."""
+    filter_prim_paths_expr: list[str] = []
+    """Prim paths of what contacts are reported with one by one: bodies, or static assets and terrain."""
+    visualizer_cfg: VisualizationMarkersCfg = CONTACT_SENSOR_MARKER_CFG.replace(prim_path="/Visuals/ContactSensor")
+    """Markers of the contacts."""

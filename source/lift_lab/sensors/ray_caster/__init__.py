@@ -1,0 +1,9 @@
+"""Ray casters: configs only."""
+
+from . import patterns
+from .ray_caster import RayCaster
+from .ray_caster_camera import RayCasterCamera
+from .ray_caster_camera_cfg import RayCasterCameraCfg
+from .ray_caster_cfg import RayCasterCfg
+
+__all__ = ["RayCaster", "RayCasterCamera", "RayCasterCameraCfg", "RayCasterCfg", "patterns"]

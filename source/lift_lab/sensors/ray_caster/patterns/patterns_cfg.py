@@ -1,0 +1,46 @@
+"""Configs of ray patterns (data only; names of Isaac Lab's). Lengths in m, angles in degrees."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+from typing import Literal
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class PatternBaseCfg:
+    """Base of ray patterns."""
+
+
+@configclass
+class GridPatternCfg(PatternBaseCfg):
+    """Parallel rays from a grid."""
+
+    resolution: float = MISSING
+    size: tuple[float, float] = MISSING
+    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    ordering: Literal["xy", "yx"] = "xy"
+
+
+@configclass
+class PinholeCameraPatternCfg(PatternBaseCfg):
+    """The rays of a pinhole camera."""
+
+    focal_length: float = 24.0
+    horizontal_aperture: float = 20.955
+    vertical_aperture: float | None = None
+    horizontal_aperture_offset: float = 0.0
+    vertical_aperture_offset: float = 0.0
+    width: int = MISSING
+    height: int = MISSING
+
+
+@configclass
+class LidarPatternCfg(PatternBaseCfg):
+    """The rays of a spinning lidar."""
+
+    channels: int = MISSING
+    vertical_fov_range: tuple[float, float] = MISSING
+    horizontal_fov_range: tuple[float, float] = MISSING
+    horizontal_res: float = MISSING

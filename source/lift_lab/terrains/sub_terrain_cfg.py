@@ -1,0 +1,31 @@
+"""Configs of a generated terrain's patches (data only; names of Isaac Lab's). Lengths in m."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING
+from typing import Any
+
+from lift_lab.utils import configclass
+
+
+@configclass
+class FlatPatchSamplingCfg:
+    """Where flat places are looked for."""
+
+    num_patches: int = MISSING
+    patch_radius: float | list[float] = MISSING
+    x_range: tuple[float, float] = (-1e6, 1e6)
+    y_range: tuple[float, float] = (-1e6, 1e6)
+    z_range: tuple[float, float] = (-1e6, 1e6)
+    max_height_diff: float = MISSING
+
+
+@configclass
+class SubTerrainBaseCfg:
+    """Base of the patches of a generated terrain."""
+
+    function: Callable[..., Any] = MISSING
+    proportion: float = 1.0
+    size: tuple[float, float] = (10.0, 10.0)
+    flat_patch_sampling: dict[str, FlatPatchSamplingCfg] | None = None

@@ -1,0 +1,77 @@
+"""The viewer's server, on the loopback interface only."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import socket
+from typing import TYPE_CHECKING
+
+from lift_lab.utils.errors import LiftLabError, MissingPackageError
+
+if TYPE_CHECKING:
+    import viser
+
+HOST = "127.0.0.1"
+"""The viewer listens here and nowhere else: whoever reaches it may steer it."""
+
+DEFAULT_PORT = 8080
+"""Port of the viewer unless told otherwise."""
+
+
+class ViewerError(LiftLabError, RuntimeError):
+    """The viewer cannot do what was asked."""
+
+
+def require_viser() -> None:
+    """Check that the viewer's packages are there.
+
+    Raises:
+        MissingPackageError: viser is not installed.
+    """
+    if importlib.util.find_spec("viser") is None:
+        raise MissingPackageError("the viewer needs viser: pip install 'lift-lab[viewer]'")
+
+
+def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.ViserServer:
+    """Start a server.
+
+    Args:
+        port: where it listens; 0 takes any free one.
+        label: title of the page.
+
+    Raises:
+        MissingPackageError: viser is not installed.
+        ViewerError: the port is taken or no port.
+    """
+    require_viser()
+    if not 0 <= port <= 65535:
+        raise ViewerError(f"port {port} is no port: choose one from 1 to 65535, or 0 for any free one")
+    _check_free(port)
+
+    import viser
+
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints a box of its own
+        server = viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
+    if port and server.get_port() != port:  # somebody was faster; viser then moves on to the next port
+        server.stop()
+        raise ViewerError(_taken(port))
+    server.scene.set_up_direction("+z")
+    return server
+
+
+def _check_free(port: int) -> None:
+    """viser would silently take the next port."""
+    if not port:
+        return
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except OSError as error:
+            raise ViewerError(_taken(port)) from error
+
+
+def _taken(port: int) -> str:
+    return f"port {port} of {HOST} cannot be used (taken?): choose another with --port, or --port 0 for any free one"

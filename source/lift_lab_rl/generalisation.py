@@ -1,0 +1,271 @@
+"""Perturbations: how a task's configuration is changed to ask how far a policy reaches beyond its training.
+
+Each fixes one thing that the policy met in one form only. Several may be combined:
+
+- ``mass=2.0``: the object's mass and inertia times this factor.
+- ``friction=0.5``: the sliding friction of every collider times this factor. (All of them, since a contact takes the
+  larger coefficient of its two colliders.)
+- ``pose=1.5``: the object starts outside the range of its reset event, within that range times this factor about its
+  middle, evenly over the area between the two.
+- ``delay=0.01``: actions reach the actuators this many seconds late.
+
+What the task randomises itself is left out where a perturbation fixes it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import torch
+
+from lift_lab.envs import mdp
+from lift_lab.managers import EventTermCfg, SceneEntityCfg
+from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError, suggest
+
+_PREFIX = "perturbed_"
+"""Start of the names of the event terms that a perturbation adds."""
+
+
+def parse_perturbation(text: str) -> tuple[str, float]:
+    """``"mass=2.0"`` as name and value.
+
+    Raises:
+        ConfigError: not of this form, an unknown name, or a value out of its range.
+    """
+    name, equals, value = text.partition("=")
+    if name not in PERTURBATIONS:
+        raise ConfigError(f"unknown perturbation '{name}': {suggest(name, PERTURBATIONS)}")
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    least = {"pose": 1.0, "delay": 0.0}.get(name, 0.0)
+    if not equals or not math.isfinite(number) or number < least or (number == least and name != "delay"):
+        bound = "at least 0" if name == "delay" else f"above {least:g}"
+        raise ConfigError(f"perturbation '{text}': expected {name}=NUMBER, {bound}")
+    return name, number
+
+
+def perturb(env_cfg: Any, text: str, object_name: str = "object") -> None:
+    """Change an environment's configuration.
+
+    Args:
+        env_cfg: configuration of a manager-based environment.
+        text: e.g. ``"mass=2.0"``.
+        object_name: scene entity that ``mass`` and ``pose`` are about.
+
+    Raises:
+        ConfigError: the text cannot be read, or the task has nothing that it could change.
+    """
+    name, value = parse_perturbation(text)
+    if name in ("mass", "pose") and not hasattr(env_cfg.scene, object_name):
+        names = [key for key in vars(env_cfg.scene) if not key.startswith("_")]
+        raise ConfigError(f"perturbation '{text}': the scene has no '{object_name}': {suggest(object_name, names)}")
+    PERTURBATIONS[name](env_cfg, value, object_name)
+
+
+# -- mass and friction
+
+
+def _perturb_mass(env_cfg: Any, factor: float, object_name: str) -> None:
+    _leave_out(env_cfg, (mdp.randomize_rigid_body_mass,), object_name)
+    params = {
+        "asset_cfg": SceneEntityCfg(object_name),
+        "mass_distribution_params": (factor, factor),
+        "operation": "scale",
+    }
+    _add_event(env_cfg, "mass", EventTermCfg(func=mdp.randomize_rigid_body_mass, mode="startup", params=params))
+
+
+def _perturb_friction(env_cfg: Any, factor: float, _: str) -> None:
+    _leave_out(env_cfg, (mdp.randomize_rigid_body_material,), None)
+    event = EventTermCfg(func=scale_friction, mode="startup", params={"factor": factor})
+    _add_event(env_cfg, "friction", event)
+
+
+def scale_friction(env: Any, env_ids: Any, factor: float) -> None:
+    """Event term: multiply the sliding friction of every collider; ``env_ids`` is not used."""
+    env.sim.physics.randomizable("geom_friction")[..., 0] *= factor
+
+
+# -- pose
+
+
+def _perturb_pose(env_cfg: Any, factor: float, object_name: str) -> None:
+    for name, event in _events(env_cfg):
+        asset = event.params.get("asset_cfg") if event is not None else None
+        if event is not None and event.func is mdp.reset_root_state_uniform and asset and asset.name == object_name:
+            changed = event.copy()
+            changed.func = reset_outside_range
+            changed.params = {**event.params, "factor": factor}
+            _set_event(env_cfg, name, changed)
+            return
+    raise ConfigError(f"perturbation 'pose': no reset event of the task places '{object_name}' uniformly in a range")
+
+
+def reset_outside_range(
+    env: Any,
+    env_ids: Any,
+    pose_range: dict[str, tuple[float, float]],
+    velocity_range: dict[str, tuple[float, float]],
+    asset_cfg: SceneEntityCfg,
+    factor: float,
+) -> None:
+    """Event term: as ``reset_root_state_uniform``, but evenly where the widened range is and the range is not.
+
+    Args:
+        env: the environment.
+        env_ids: environments to reset.
+        pose_range: (low, high) of the offset from the default pose, in m and rad.
+        velocity_range: as of ``reset_root_state_uniform``.
+        asset_cfg: the asset.
+        factor: how much wider the widened range is, above 1.
+    """
+    asset = env.scene[asset_cfg.name]
+    rows = torch.arange(env.num_envs, device=env.device) if env_ids is None else env_ids
+    state = asset.data.default_root_state[rows].clone()
+    state[:, :3] += env.scene.env_origins[rows]
+    wide = [axis for axis in "xyz" if pose_range.get(axis, (0.0, 0.0))[1] > pose_range.get(axis, (0.0, 0.0))[0]]
+    if not wide:
+        raise ConfigError("perturbation 'pose': the reset event's range has no width")
+    offsets = {axis: _uniform(pose_range, axis, state) for axis in _AXES}
+    unit = torch.rand(len(state), len(wide), device=env.device) * 2.0 - 1.0
+    for axis, offset in zip(wide, outside_unit_box(unit, factor).unbind(1), strict=True):
+        low, high = pose_range[axis]
+        offsets[axis] = (low + high) / 2 + offset * (high - low) / 2
+    state[:, :3] += torch.stack([offsets[axis] for axis in _AXES[:3]], 1)
+    rotation = math_utils.quat_from_euler_xyz(*(offsets[axis] for axis in _AXES[3:]))
+    state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
+    state[:, 7:] += torch.stack([_uniform(velocity_range, axis, state) for axis in _AXES], 1)
+    asset.write_root_pose_to_sim(state[:, :7], env_ids=env_ids)
+    asset.write_root_velocity_to_sim(state[:, 7:], env_ids=env_ids)
+
+
+_AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def _uniform(ranges: dict[str, tuple[float, float]], axis: str, like: torch.Tensor) -> torch.Tensor:
+    """Values of one axis, shape (n,); zero if it has no range."""
+    low, high = ranges.get(axis, (0.0, 0.0))
+    return (
+        torch.empty(len(like), device=like.device).uniform_(low, high)
+        if high > low
+        else like.new_full((len(like),), low)
+    )
+
+
+def outside_unit_box(points: torch.Tensor, factor: float) -> torch.Tensor:
+    """Move uniform points of the box [-1, 1]^d outward so that they are uniform between it and the box ``factor``
+    times as wide.
+
+    The greatest coordinate m of a uniform point has m^d uniform in [0, 1]; outside it has to be uniform in
+    [1, factor^d].
+
+    Args:
+        points: shape (n, d).
+        factor: above 1.
+    """
+    dim = points.shape[1]
+    m = points.abs().amax(1, keepdim=True).clamp(min=1e-6)
+    return points / m * (1.0 + m**dim * (factor**dim - 1.0)) ** (1.0 / dim)
+
+
+# -- delay
+
+
+def _perturb_delay(env_cfg: Any, delay_s: float, _: str) -> None:
+    substeps = round(delay_s / env_cfg.sim.dt)
+    if not math.isclose(substeps * env_cfg.sim.dt, delay_s, abs_tol=1e-9):
+        raise ConfigError(
+            f"perturbation 'delay={delay_s:g}': has to be a multiple of the physics step of {env_cfg.sim.dt:g} s"
+        )
+    terms = env_cfg.actions if isinstance(env_cfg.actions, dict) else vars(env_cfg.actions)
+    for name, term in terms.items():
+        if substeps and hasattr(term, "class_type"):
+            if not getattr(term.class_type, "constant_over_substeps", False):
+                raise ConfigError(
+                    f"perturbation 'delay': action '{name}' ({term.class_type.__name__}) reads the state at every "
+                    f"physics step; only actions that hold during an environment step can be delayed"
+                )
+            term.class_type = _delayed(term.class_type, substeps)
+
+
+def _delayed(base: Any, substeps: int) -> type:
+    """A sub-class of an action term whose actions arrive ``substeps`` physics steps late.
+
+    Before an episode's first action arrives, the action is zero, as the action manager has it after a reset.
+    """
+
+    class Delayed(base):
+        constant_over_substeps = False
+
+        def __init__(self, cfg: Any, env: Any):
+            super().__init__(cfg, env)
+            self._queue = torch.zeros(substeps + 1, self.num_envs, self.action_dim, device=self.device)
+
+        def process_actions(self, actions: torch.Tensor) -> None:
+            self._newest = actions
+
+        def apply_actions(self) -> None:
+            self._queue = self._queue.roll(1, 0)
+            self._queue[0] = self._newest
+            super().process_actions(self._queue[-1])
+            super().apply_actions()
+
+        def reset(self, env_ids: Any = None) -> None:
+            super().reset(env_ids)
+            self._queue[:, slice(None) if env_ids is None else env_ids] = 0.0
+
+    Delayed.__name__ = Delayed.__qualname__ = f"Delayed{base.__name__}"
+    return Delayed
+
+
+# -- event terms of a configuration
+
+
+def _events(env_cfg: Any) -> list[tuple[str, Any]]:
+    events = env_cfg.events
+    items = events.items() if isinstance(events, dict) else vars(events).items()
+    return [(name, event) for name, event in items if event is None or isinstance(event, EventTermCfg)]
+
+
+def _set_event(env_cfg: Any, name: str, event: EventTermCfg | None) -> None:
+    if isinstance(env_cfg.events, dict):
+        env_cfg.events[name] = event
+    else:
+        setattr(env_cfg.events, name, event)
+
+
+def _add_event(env_cfg: Any, name: str, event: EventTermCfg) -> None:
+    if env_cfg.events is None:
+        env_cfg.events = {}
+    _set_event(env_cfg, _PREFIX + name, event)
+
+
+def _leave_out(env_cfg: Any, funcs: tuple[Any, ...], asset_name: str | None) -> None:
+    """Remove the task's own event terms of these functions (of one asset, or of all)."""
+    if env_cfg.events is None:
+        return
+    for name, event in _events(env_cfg):
+        if event is not None and event.func in funcs:
+            asset = event.params.get("asset_cfg")
+            if asset_name is None or (asset is not None and asset.name == asset_name):
+                _set_event(env_cfg, name, None)
+
+
+PERTURBATIONS: dict[str, Callable[[Any, float, str], None]] = {
+    "mass": _perturb_mass,
+    "friction": _perturb_friction,
+    "pose": _perturb_pose,
+    "delay": _perturb_delay,
+}
+"""What can be perturbed, by name."""
+
+STANDARD = (
+    *("mass=0.5", "mass=2.0", "friction=0.5", "friction=0.75", "friction=1.25", "friction=1.5"),
+    *("pose=1.25", "pose=1.5", "delay=0.01"),
+)
+"""The perturbations of the generalisation table."""

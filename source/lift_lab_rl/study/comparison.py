@@ -1,0 +1,267 @@
+"""Our numbers beside the study's: tables as data, with intervals over seeds and over episodes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lift_lab_rl.intervals import bootstrap_difference, bootstrap_interval, wilson_interval
+
+from .curves import TAIL, Group, TrainingRun
+from .paper import CLAIMS, FIGURES, FURTHER, TABLE_1
+
+NONE = "-"
+"""An empty cell."""
+
+
+@dataclass
+class Table:
+    """Rows of text under a header."""
+
+    title: str
+    header: list[str]
+    rows: list[list[str]] = field(default_factory=list)
+    note: str = ""
+
+
+@dataclass
+class Roles:
+    """Labels that correspond to the study's two trainings; None where there is none."""
+
+    baseline: str | None = None
+    curriculum: str | None = None
+
+    @classmethod
+    def guess(cls, labels: Sequence[str], baseline: str | None = None, curriculum: str | None = None) -> Roles:
+        """The first label that speaks of a curriculum (``CL``) and the first that does not, unless given."""
+        with_cl = [label for label in labels if "CL" in label.replace("_", "-").split("-") and label != baseline]
+        without = [label for label in labels if label not in with_cl and label != curriculum]
+        return cls(baseline or next(iter(without), None), curriculum or next(iter(with_cl), None))
+
+
+def number(value: float | None) -> str:
+    """A value as text: four digits that matter, from 100 on two decimals."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    if value == 0:
+        return "0"
+    decimals = max(2, 3 - math.floor(math.log10(abs(value))))
+    return f"{value:,.{min(decimals, 4)}f}" if abs(value) >= 1e-3 else f"{value:.2e}"
+
+
+def mean_with_interval(values: Sequence[float]) -> str:
+    """Mean over seeds and its 95 % bootstrap interval."""
+    if not values:
+        return NONE
+    ends = bootstrap_interval(values)
+    text = number(float(np.mean(values)))
+    return text if ends is None else f"{text} [{number(ends[0])}, {number(ends[1])}]"
+
+
+def rate_with_interval(successes: int, trials: int) -> str:
+    """A rate in percent and its 95 % interval (Wilson's)."""
+    low, high = wilson_interval(successes, trials)
+    return f"{successes / trials:.1%} [{low:.1%}, {high:.1%}]"
+
+
+# -- curves
+
+
+def runs_table(groups: Sequence[Group]) -> Table:
+    """What was trained."""
+    table = Table("Runs", ["label", "seed", "iterations", "steps (M)", "hours", "folders"])
+    for group in groups:
+        for run in group.runs:
+            times = [run.find([f"Perf/{part}_time"]) for part in ("collection", "learning")]
+            seconds = sum(curve[1].sum() for curve in times if curve is not None)
+            steps = run.iterations * run.steps_per_iteration / 1e6
+            seed = NONE if run.seed is None else str(run.seed)
+            folders = ", ".join(folder.name for folder in run.folders)
+            hours = f"{seconds / 3600:.2f}"
+            table.rows.append([group.label, seed, str(run.iterations), f"{steps:.1f}", hours, folders])
+    return table
+
+
+def numbers_table(groups: Sequence[Group], roles: Roles, tail: float = TAIL) -> Table:
+    """The end of training beside the study's numbers, figure by figure."""
+    table = Table(
+        "End of training",
+        ["figure", "study: baseline", "study: curriculum", *(group.label for group in groups)],
+        note=f"Ours: mean over the last {tail:.0%} of the iterations, then over seeds, with its 95 % bootstrap interval. "
+        f"The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, its "
+        f"curriculum to {roles.curriculum or NONE}.",
+    )
+    for figure in (*FIGURES, *FURTHER):
+        ours = [group.at_end(figure.tags, tail) for group in groups]
+        if any(ours):
+            name = f"{figure.number} {figure.title}" if figure.number else figure.title
+            cells = [number(figure.baseline), number(figure.curriculum), *map(mean_with_interval, ours)]
+            table.rows.append([name + (f" ({figure.unit})" if figure.unit else ""), *cells])
+    return table
+
+
+def jump_table(groups: Sequence[Group], window: int = 50) -> Table:
+    """Success of training episodes before and after a curriculum's weight jumps, run by run."""
+    table = Table(
+        "Success before and after the jump of the penalties",
+        ["label", "seed", "iteration", f"mean of {window} before", f"least of {window} after", "end"],
+        note="A jump is a change of a penalty's weight by more than 40 % of its whole way within one iteration.",
+    )
+    for group in groups:
+        for run in group.runs:
+            at, success = _jump(run), run.find(FURTHER[0].tags)
+            if at is None or success is None:
+                continue
+            steps, values = success
+            before = values[(steps < at) & (steps >= at - window)]
+            after = values[(steps >= at) & (steps < at + window)]
+            seed = NONE if run.seed is None else str(run.seed)
+            cells = [f"{v:.1%}" for v in (before.mean() if len(before) else np.nan, after.min())]
+            table.rows.append([group.label, seed, str(at), *cells, f"{run.at_end(FURTHER[0].tags):.1%}"])
+    return table
+
+
+def _jump(run: TrainingRun) -> int | None:
+    """Iteration of the first jump of a weight; None without one."""
+    found = []
+    for tag, (steps, values) in run.scalars.items():
+        if tag.startswith("Curriculum/") and not tag.endswith("/success_rate") and np.ptp(values) > 0:
+            jumps = np.flatnonzero(np.abs(np.diff(values)) > 0.4 * np.ptp(values))
+            found += [int(steps[jumps[0] + 1])] if len(jumps) else []
+    return min(found, default=None)
+
+
+# -- evaluations
+
+
+def _entries(results: dict[str, Any], label: str, key: str = "evaluation") -> list[dict[str, Any]]:
+    """Evaluations of the runs of a label."""
+    return [run[key] for run in results.get("runs", []) if run["label"] == label and run.get(key)]
+
+
+def success_table(results: dict[str, Any], labels: Sequence[str], roles: Roles) -> Table:
+    """Table 1, the study's and ours."""
+    table = Table(
+        "Table 1: success within 0.02 m",
+        ["model", "episodes", "study", "each seed", "all seeds [95 %]"],
+        note="Ours: each seed's first episodes; intervals are Wilson's over the episodes of all seeds.",
+    )
+    for label in labels:
+        evaluations = _entries(results, label)
+        counts = sorted({int(count) for entry in evaluations for count in entry["success"]})
+        for count in counts:
+            rates = [entry["success"][str(count)] for entry in evaluations if str(count) in entry["success"]]
+            wins = [round(rate * count) for rate in rates]
+            study = NONE
+            for row in TABLE_1:
+                if row.episodes == count and label in (roles.baseline, roles.curriculum):
+                    study = f"{row.baseline if label == roles.baseline else row.curriculum} of {count}"
+            each = ", ".join(map(str, wins))
+            table.rows.append([label, str(count), study, each, rate_with_interval(sum(wins), count * len(wins))])
+    return table
+
+
+_EVALUATION_ROWS = (
+    ("mean total reward", "reward_mean"),
+    ("least total reward", "reward_min"),
+    ("greatest total reward", "reward_max"),
+    ("mean episode length (steps)", "length_mean"),
+    ("shortest episode (steps)", "length_min"),
+    ("time to success (s)", "time_to_success_s"),
+)
+
+
+def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
+    """What the policies do without exploration noise."""
+    table = Table("Evaluation", ["measure", *labels], note="Mean over seeds with its 95 % bootstrap interval.")
+    entries = {label: _entries(results, label) for label in labels}
+    logs = dict.fromkeys(key for some in entries.values() for entry in some for key in entry.get("logs", {}))
+    rows = [*_EVALUATION_ROWS, *((key, key) for key in logs if not key.startswith("Metrics/physics/"))]
+    for name, key in rows:
+        cells = [mean_with_interval(_values(entries[label], key)) for label in labels]
+        if any(cell != NONE for cell in cells):
+            table.rows.append([name, *cells])
+    return table
+
+
+def _values(entries: Sequence[dict[str, Any]], key: str) -> list[float]:
+    """A figure of each evaluation; ``success`` is the rate over all its episodes."""
+    found = []
+    for entry in entries:
+        if key == "success":
+            value = entry["success"].get(str(entry["episodes"]))
+        else:
+            value = entry.get(key, entry.get("logs", {}).get(key))
+        found += [] if value is None else [float(value)]
+    return found
+
+
+def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
+    """Success under perturbations, over the episodes of all seeds."""
+    table = Table(
+        "Generalisation: success under perturbations",
+        ["perturbation", *labels],
+        note="Factors of the object's mass and of all friction; starts outside the trained range, within this factor "
+        "of it; delay of actions in s. Wilson's 95 % interval over the episodes of all seeds.",
+    )
+    names = dict.fromkeys(name for run in results.get("runs", []) for name in run.get("perturbed", {}))
+    for name in ("none", *names):
+        cells = []
+        for label in labels:
+            runs = [run for run in results.get("runs", []) if run["label"] == label]
+            entries = [run.get("evaluation") if name == "none" else run.get("perturbed", {}).get(name) for run in runs]
+            found = [entry for entry in entries if entry]
+            trials = sum(entry["episodes"] for entry in found)
+            wins = sum(round(entry["success"][str(entry["episodes"])] * entry["episodes"]) for entry in found)
+            cells.append(rate_with_interval(wins, trials) if trials else NONE)
+        table.rows.append([name, *cells])
+    return table if names else Table(table.title, table.header)
+
+
+# -- claims
+
+
+def claims_table(groups: Sequence[Group], results: dict[str, Any], roles: Roles, tail: float = TAIL) -> Table:
+    """The study's claims one by one, and whether our difference has their direction."""
+    table = Table(
+        "The study's claims",
+        ["curriculum against baseline", "study", "baseline", "curriculum", "difference [95 %]", "direction"],
+        note="Bootstrap interval of the difference of means over seeds. 'undecided': the interval contains 0.",
+    )
+    by_label = {group.label: group for group in groups}
+    for claim in CLAIMS:
+        sides = []
+        for label in (roles.baseline, roles.curriculum):
+            if label is None:
+                sides.append([])
+            elif claim.tag.startswith("evaluation:"):
+                sides.append(_values(_entries(results, label), claim.tag.removeprefix("evaluation:")))
+            else:
+                sides.append(by_label[label].at_end([claim.tag], tail) if label in by_label else [])
+        first, second = sides
+        if not first or not second:
+            continue
+        difference = float(np.mean(second) - np.mean(first))
+        ends = bootstrap_difference(first, second)
+        shown = number(difference) + (f" [{number(ends[0])}, {number(ends[1])}]" if ends else "")
+        cells = [claim.text, claim.of_study, number(float(np.mean(first))), number(float(np.mean(second)))]
+        table.rows.append([*cells, shown, verdict(claim.sign, difference, ends)])
+    return table
+
+
+def verdict(sign: int, difference: float, ends: tuple[float, float] | None) -> str:
+    """Whether a difference has the direction of a claim.
+
+    Args:
+        sign: the claim's direction.
+        difference: ours.
+        ends: its interval; None for one seed.
+    """
+    if ends is not None and ends[0] <= 0.0 <= ends[1]:
+        return "undecided"
+    text = "as the study" if difference * sign > 0 else "opposite" if difference else "undecided"
+    return text if ends is not None else f"{text} (too few seeds for an interval)"

@@ -1,0 +1,80 @@
+"""A page that plays an episode without a server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from lift_lab.visualizers import BodyLayer, MarkerLayer, open_server
+from lift_lab_rl.files import write_atomically
+
+from .policies import ViewedPolicy
+
+MAX_FRAMES_PER_S = 30.0
+"""Frames a second of the page; an environment that steps faster is drawn at every second, third, ... step."""
+
+
+def record_replay(env: Any, policy: ViewedPolicy, path: Path, steps: int) -> int:
+    """Run a policy and write what happened as one HTML file with a timeline.
+
+    Args:
+        env: wrapped environment.
+        policy: acts.
+        path: the file.
+        steps: environment steps.
+
+    Returns:
+        Size of the file in bytes.
+
+    Raises:
+        MissingPackageError: viser is not installed.
+    """
+    inner = env.unwrapped
+    every = max(1, round(1.0 / (inner.step_dt * MAX_FRAMES_PER_S)))
+    with torch.inference_mode():
+        obs, _ = env.reset()
+        server = open_server(port=0)
+        try:
+            bodies = BodyLayer(server, inner.sim.physics, inner.scene.env_origins)
+            markers = MarkerLayer(server, inner.sim)
+            look_at(server, bodies, inner.scene.env_origins, 0)
+            update_markers(inner)
+            markers.update()
+            recording = server.get_scene_serializer()
+            for step in range(1, steps + 1):
+                obs, _, dones, _ = env.step(policy.act(obs).to(env.device))
+                policy.reset(dones)
+                recording.insert_sleep(inner.step_dt)
+                if step % every == 0 or step == steps:
+                    bodies.update()
+                    update_markers(inner)
+                    markers.update()
+            page = recording.as_html().encode()
+        finally:
+            server.stop()
+    write_atomically(path, page)
+    return len(page)
+
+
+def update_markers(env: Any) -> None:
+    """Move the markers of commands and sensors to the current state."""
+    env.command_manager.update_debug_vis()
+    for sensor in env.scene.sensors.values():
+        sensor.update_debug_vis()
+
+
+def look_at(server: Any, bodies: BodyLayer, env_origins_w: torch.Tensor, env_id: int) -> None:
+    """Start every page at an environment."""
+    eye, target = viewpoint(bodies, env_origins_w, env_id)
+    server.initial_camera.look_at = target
+    server.initial_camera.position = eye
+
+
+def viewpoint(bodies: BodyLayer, env_origins_w: torch.Tensor, env_id: int) -> tuple[Any, Any]:
+    """Where to stand and where to look to see what moves in an environment, in m in the world."""
+    centre, radius = bodies.bounds_e(env_id)
+    target = centre + env_origins_w[env_id].cpu().numpy()
+    return target + radius * np.array((2.2, 1.9, 1.3)), target

@@ -1,0 +1,198 @@
+"""The live viewer: one loop that steps the task, draws it, and does what the page asked."""
+
+from __future__ import annotations
+
+import queue
+import time
+from typing import Any
+
+import torch
+
+from lift_lab.utils.errors import LiftLabError
+from lift_lab.visualizers import BodyLayer, MarkerLayer
+
+from . import tables
+from .goals import GoalControl
+from .panel import Panel
+from .policies import CheckpointPolicy, ViewedPolicy
+from .replay import look_at, update_markers, viewpoint
+from .success import SuccessCounter
+
+MAX_DRAWS_PER_S = 60.0
+"""Poses are sent at most this often."""
+FIGURES_EVERY_S = 0.25
+"""Time between updates of the panel's figures."""
+CHECKPOINTS_EVERY_S = 1.0
+"""Time between looks into the run's folder."""
+_LONGEST_DELAY_S = 0.25
+"""A simulation slower than real time forgets what it is behind beyond this."""
+
+
+class ViewerSession:
+    """Runs a policy for whoever looks."""
+
+    def __init__(self, env: Any, policy: ViewedPolicy, server: Any, title: str):
+        """Draw the environments and make the controls.
+
+        Args:
+            env: wrapped environment.
+            policy: acts.
+            server: the viser server.
+            title: heads the panel.
+        """
+        self._env, self._policy, self._server, self._title = env, policy, server, title
+        self._inner: Any = env.unwrapped
+        self._asked: queue.SimpleQueue[tuple[str, tuple[Any, ...]]] = queue.SimpleQueue()
+        self._success = SuccessCounter(self._inner)
+        self._goals = GoalControl(self._inner.command_manager)
+        self._bodies = BodyLayer(server, self._inner.sim.physics, self._inner.scene.env_origins)
+        self._markers = MarkerLayer(server, self._inner.sim)
+        self._panel = Panel(server, self._post, env.num_envs, self._goals, self._policy.choices())
+        self._paused, self._single, self._speed, self._follow_newest = False, False, 1.0, False
+        self._env_id = 0
+        self._problem: str | None = None
+        self.steps = 0
+        """Environment steps taken."""
+        self.draws = 0
+        """Times that poses were sent."""
+        look_at(server, self._bodies, self._inner.scene.env_origins, 0)
+
+    @property
+    def problem(self) -> str | None:
+        """What went wrong last, as the page shows it."""
+        return self._problem
+
+    def _post(self, name: str, *values: Any) -> None:
+        """Called on viser's threads."""
+        self._asked.put((name, values))
+
+    def run(self, max_steps: int | None = None) -> None:
+        """Step and draw until Ctrl-C.
+
+        Args:
+            max_steps: end after as many environment steps; None for never.
+        """
+        with torch.inference_mode():
+            obs, _ = self._env.reset()
+            self._draw()
+            due = drawn = time.perf_counter()
+            figures = checkpoints = -1e9
+            pending = False
+            while max_steps is None or self.steps < max_steps:
+                now = time.perf_counter()
+                if self._answer():
+                    obs, pending = self._env.get_observations(), True
+                if (not self._paused and now >= due) or self._single:
+                    obs, pending, self._single = self._step(obs), True, False
+                    pace = self._inner.step_dt / self._speed if self._speed else 0.0
+                    due = max(due + pace, now - _LONGEST_DELAY_S)
+                if pending and now - drawn >= 1.0 / MAX_DRAWS_PER_S:
+                    self._draw()
+                    drawn, pending = now, False
+                if now - figures >= FIGURES_EVERY_S:
+                    self._show_figures()
+                    figures = now
+                if now - checkpoints >= CHECKPOINTS_EVERY_S:
+                    self._look_for_checkpoints()
+                    checkpoints = now
+                self._wait(due)
+
+    def _wait(self, due: float) -> None:
+        """Sleep until the next step, but not for long: the page wants answers."""
+        longest = 1.0 / MAX_DRAWS_PER_S
+        left = longest if self._paused else due - time.perf_counter()
+        if left > 0:
+            time.sleep(min(left, longest))
+
+    def _step(self, obs: Any) -> Any:
+        obs, _, dones, _ = self._env.step(self._policy.act(obs).to(self._env.device))
+        self._policy.reset(dones)
+        self._success.note(dones)
+        self.steps += 1
+        return obs
+
+    def _draw(self) -> None:
+        update_markers(self._inner)
+        self._bodies.update()
+        self._markers.update()
+        self.draws += 1
+
+    # -- what the page asked for
+
+    def _answer(self) -> bool:
+        """Do everything that was asked; returns whether there was anything."""
+        asked = []
+        while not self._asked.empty():
+            asked.append(self._asked.get())
+        for i, (name, values) in enumerate(asked):
+            if name != "goal" or all(later != "goal" for later, _ in asked[i + 1 :]):  # a slider's last position counts
+                getattr(self, f"_do_{name}")(*values)
+        return bool(asked)
+
+    def _do_pause(self) -> None:
+        self._paused = not self._paused
+        self._panel.pause.label = "Go on" if self._paused else "Pause"
+
+    def _do_step(self) -> None:
+        self._single = True
+        if not self._paused:
+            self._do_pause()
+
+    def _do_reset(self) -> None:
+        self._env.reset()
+        self._success.forget()
+
+    def _do_speed(self, text: str) -> None:
+        self._speed = float(text) if text[0].isdigit() else 0.0
+
+    def _do_env(self, env_id: int) -> None:
+        self._env_id = min(max(env_id, 0), self._env.num_envs - 1)
+        origins_w = self._inner.scene.env_origins
+        look_at(self._server, self._bodies, origins_w, self._env_id)
+        eye, target = viewpoint(self._bodies, origins_w, self._env_id)
+        for client in self._server.get_clients().values():
+            with client.atomic():
+                client.camera.position = eye
+                client.camera.look_at = target
+
+    def _do_show_commands(self, shown: bool) -> None:
+        self._inner.command_manager.set_debug_vis(shown)
+
+    def _do_show_sensors(self, shown: bool) -> None:
+        for sensor in self._inner.scene.sensors.values():
+            sensor.set_debug_vis(shown)
+
+    def _do_goal(self, values: list[float] | None) -> None:
+        self._goals.release() if values is None else self._goals.fix(values)
+
+    def _do_newest(self, follow: bool) -> None:
+        self._follow_newest = follow
+
+    def _do_policy(self, name: str) -> None:
+        if name == self._policy.current:
+            return
+        try:
+            self._policy.choose(name)
+            self._problem = None
+        except LiftLabError as error:
+            self._problem = str(error)
+            print(f"viewer: {error}")
+            self._panel.policy.value = self._policy.current
+        self._success.forget()
+
+    # -- what the page shows
+
+    def _look_for_checkpoints(self) -> None:
+        policy = self._policy
+        if self._follow_newest and isinstance(policy, CheckpointPolicy) and policy.newest() != policy.current:
+            self._do_policy(policy.newest())
+        self._panel.show_choices(policy.choices(), policy.current)
+
+    def _show_figures(self) -> None:
+        env, env_id = self._inner, self._env_id
+        parts = [tables.episode(env, env_id, self._success), tables.rewards(env, env_id)]
+        parts += [tables.commands(env, env_id), tables.curriculum(env)]
+        self._panel.figures.content = "<br>".join(part for part in parts if part)
+        lines = [f"**{self._title}** · {self._policy.current} · environment {env_id} of {self._env.num_envs}"]
+        lines += [f"⚠ {text}" for text in (self._problem, self._policy.warning()) if text]
+        self._panel.status.content = "\n\n".join(lines)

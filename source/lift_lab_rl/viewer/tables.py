@@ -1,0 +1,68 @@
+"""The panel's live figures as small HTML tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+_STYLE = "font-size:11px;width:100%;padding:0 1em;border-spacing:0"
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Rows under headings; all but the first column to the right."""
+
+    def line(cells: Sequence[object], tag: str) -> str:
+        sides = ["left", *["right"] * (len(cells) - 1)]
+        return "".join(
+            f'<{tag} style="text-align:{s}">{escape(str(c))}</{tag}>' for c, s in zip(cells, sides, strict=True)
+        )
+
+    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
+    return f'<table style="{_STYLE}"><tr>{line(columns, "th")}</tr>{body}</table>'
+
+
+def rewards(env: Any, env_id: int) -> str:
+    """Each reward term: weight, its value now (per second), and its sum over the running episode."""
+    manager = env.reward_manager
+    now = {name: values[0] for name, values in manager.get_active_iterable_terms(env_id)}
+    sums = manager._episode_sums
+    rows = [
+        (name, f"{manager.get_term_cfg(name).weight:g}", f"{now[name]:.3f}", f"{float(sums[name][env_id]):.3f}")
+        for name in manager.active_terms
+    ]
+    rows.append(("all", "", f"{sum(now.values()):.3f}", f"{sum(float(sums[n][env_id]) for n in sums):.3f}"))
+    return table(("reward", "weight", "now", "episode"), rows)
+
+
+def commands(env: Any, env_id: int) -> str:
+    """Each command and its metrics."""
+    manager, rows = env.command_manager, []
+    for name, values in manager.get_active_iterable_terms(env_id):
+        rows.append((name, " ".join(f"{value:.2f}" for value in values)))
+        for metric, tensor in manager.get_term(name).metrics.items():
+            rows.append((f"· {metric}", f"{float(tensor[env_id]):.3f}"))
+    return table(("command", "value"), rows) if rows else ""
+
+
+def curriculum(env: Any) -> str:
+    """State of each curriculum term; empty before the first reset and without terms."""
+    rows = [
+        (name, " ".join(f"{value:g}" for value in values))
+        for name, values in env.curriculum_manager.get_active_iterable_terms(0)
+    ]
+    return table(("curriculum", "value"), rows) if rows else ""
+
+
+def episode(env: Any, env_id: int, success: Any) -> str:
+    """The running episode, and success."""
+    step = int(env.episode_length_buf[env_id])
+    rows: list[tuple[str, str]] = [
+        ("time", f"{step * env.step_dt:.2f} of {env.max_episode_length_s:g} s"),
+        ("reward of the step", f"{float(env.reward_buf[env_id]):.4f}"),
+    ]
+    if success.is_known:
+        rows.append(("success", "yes" if success.has_succeeded(env_id) else "not yet"))
+        rate = "-" if success.rate is None else f"{success.rate:.0%} of {success.episodes}"
+        rows.append(("episodes that succeeded, all environments", rate))
+    return table(("episode", ""), rows)

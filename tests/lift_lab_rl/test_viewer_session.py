@@ -1,0 +1,190 @@
+"""The live viewer and the replay page, without a browser."""
+
+import base64
+import re
+import shutil
+
+import gymnasium as gym
+import msgspec
+import pytest
+import torch
+
+import lift_lab_tasks  # noqa: F401
+from lift_lab.markers import VisualizationMarkers
+from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab.visualizers import open_server
+from lift_lab_rl.evaluation import add_success_probe
+from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
+from lift_lab_rl.viewer import CheckpointPolicy, RandomPolicy, ViewerSession, ZeroPolicy, record_replay
+from lift_lab_tasks.utils import parse_env_cfg
+
+pytest.importorskip("viser")
+
+
+@pytest.fixture(scope="module")
+def env():
+    cfg = parse_env_cfg("Lift-Cube-Franka", device="cpu", num_envs=3)
+    cfg.sim.num_threads, cfg.seed = 1, 4
+    add_success_probe(cfg, "lift_lab_tasks.manager_based.manipulation.lift.mdp:object_reached_goal")
+    env = RslRlVecEnvWrapper(gym.make("Lift-Cube-Franka", cfg=cfg))
+    yield env
+    env.close()
+
+
+@pytest.fixture
+def session(env):
+    server = open_server(port=0)
+    session = ViewerSession(env, ZeroPolicy(env), server, "Lift")
+    session._do_speed("as fast as possible")
+    yield session
+    server.stop()
+
+
+def shapes(session):
+    """What was sent to the browser: path in the scene -> its handle."""
+    return {handle.name: handle for handle in session._bodies._handles}
+
+
+def test_every_body_stands_at_the_origin_of_its_environment_plus_its_own_place(env, session):
+    session.run(2)
+    inner = env.unwrapped
+    hand = inner.scene["robot"].body_names.index("panda_hand")
+    sent = shapes(session)["/bodies/robot/panda_hand"]
+    torch.testing.assert_close(torch.tensor(sent.batched_positions), inner.scene["robot"].data.body_pos_w[:, hand])
+    torch.testing.assert_close(torch.tensor(sent.batched_wxyzs), inner.scene["robot"].data.body_quat_w[:, hand])
+
+
+def test_bodies_that_cannot_move_are_sent_once(session):
+    assert "/bodies/table/Table" not in shapes(session)
+    assert "/bodies/robot/panda_link0" not in shapes(session)
+
+
+def test_a_goal_set_by_hand_is_the_goal_of_every_environment_until_given_back(env, session):
+    before = env.unwrapped.command_manager.get_term("object_pose").cfg.ranges.pos_x
+    session._post("goal", [0.45, -0.1, 0.4])
+    session._post("reset")
+    session.run(3)
+    term = env.unwrapped.command_manager.get_term("object_pose")
+    goal = torch.tensor([0.45, -0.1, 0.4])
+    torch.testing.assert_close(term.command[:, :3], goal.expand(3, 3))
+    markers = VisualizationMarkers.of(env.unwrapped.sim)[0]
+    torch.testing.assert_close(markers.positions_w, goal + env.unwrapped.scene.env_origins)
+    session._post("goal", None)
+    session.run(4)
+    assert term.cfg.ranges.pos_x == before
+    assert len(set(term.command[:, 0].tolist())) == 3
+
+
+def test_one_step_at_a_time(env, session):
+    session._post("step")
+    session.run(1)
+    assert session.steps == 1
+    assert session._paused
+
+
+def test_episodes_that_end_are_counted(env, session):
+    inner = env.unwrapped
+    inner.episode_length_buf[:] = inner.max_episode_length - 1
+    session._env.reset = lambda: (env.get_observations(), {})
+    try:
+        session.run(1)
+    finally:
+        del session._env.reset
+    assert session._success.episodes == 3
+    assert session._success.rate == 0.0
+    session._show_figures()
+    assert "0% of 3" in session._panel.figures.content
+    assert "reaching_object" in session._panel.figures.content
+
+
+def test_markers_can_be_hidden_and_sensor_frames_shown(env, session):
+    session._post("show_commands", False)
+    session._post("show_sensors", True)
+    session.run(1)
+    goal = VisualizationMarkers.of(env.unwrapped.sim)[0]
+    assert not goal.is_visible()
+    frames = env.unwrapped.scene["ee_frame"].frame_visualizer
+    data = env.unwrapped.scene["ee_frame"].data
+    torch.testing.assert_close(frames.positions_w[3:6], data.target_pos_w[:, 0])
+    # the line: from the middle, half its length along its z axis is the target
+    turned = torch.linalg.vector_norm(frames.scales[6:, 2:], dim=1)
+    torch.testing.assert_close(turned, (data.target_pos_w[:, 0] - data.source_pos_w).norm(dim=1))
+    session._post("show_commands", True)
+    session._post("show_sensors", False)
+    session.run(2)
+
+
+def test_random_actions_are_within_one(env):
+    actions = RandomPolicy(env).act(None)
+    assert actions.shape == (3, 8)
+    assert actions.abs().max() <= 1.0
+    assert actions.std() > 0.3
+
+
+def test_a_replay_is_one_page_as_long_as_the_episode(env, tmp_path):
+    zstandard = pytest.importorskip("zstandard")
+    size = record_replay(env, ZeroPolicy(env), tmp_path / "new" / "a.html", steps=10)
+    page = (tmp_path / "new" / "a.html").read_text()
+    assert size == len(page.encode())
+    data = max(re.findall(r'"([A-Za-z0-9+/=]{1000,})"', page), key=len)
+    recording = zstandard.ZstdDecompressor().decompress(base64.b64decode(data)[8:])
+    length = int.from_bytes(recording[:8], "little")
+    content = msgspec.msgpack.decode(recording[8 : 8 + length])
+    assert content["durationSeconds"] == pytest.approx(10 * env.unwrapped.step_dt)
+    names = {message.get("name") for _, message in content["messages"]}
+    assert {"/bodies/robot/panda_hand", "/bodies/object/Object", "/bodies/table/Table"} <= names
+    assert max(time for time, _ in content["messages"]) == pytest.approx(10 * env.unwrapped.step_dt)
+
+
+class Runner:
+    """Loads a checkpoint's text as a constant action."""
+
+    def load(self, path, load_cfg):
+        try:
+            with open(path) as file:
+                text = file.read()
+        except FileNotFoundError as error:
+            raise FileError(f"no file {path}") from error
+        if not text.isdigit():
+            raise ConfigError("other networks")
+        self.value = int(text)
+
+    def get_inference_policy(self, device):
+        return lambda obs: self.value
+
+
+@pytest.fixture
+def run(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for name, text in (("model_9.pt", "9"), ("model_10.pt", "10"), ("model_best.pt", "1"), ("model_2.pt", "bad")):
+        (folder / name).write_text(text)
+    return folder
+
+
+def test_checkpoints_are_listed_in_the_order_of_training(run):
+    policy = CheckpointPolicy(Runner(), run / "model_9.pt", "cpu")
+    assert policy.choices() == ["model_best.pt", "model_2.pt", "model_9.pt", "model_10.pt"]
+    assert policy.newest() == "model_10.pt"
+    policy.choose("model_10.pt")
+    assert policy.act(None) == 10
+    (run / "model_50.pt").write_text("50")
+    assert policy.newest() == "model_50.pt"
+
+
+def test_a_checkpoint_of_another_task_leaves_the_old_policy_acting(run):
+    policy = CheckpointPolicy(Runner(), run / "model_9.pt", "cpu")
+    with pytest.raises(ConfigError):
+        policy.choose("model_2.pt")
+    assert (policy.current, policy.act(None)) == ("model_9.pt", 9)
+
+
+def test_a_run_that_is_deleted_meanwhile_is_reported_and_goes_on(run):
+    policy = CheckpointPolicy(Runner(), run / "model_9.pt", "cpu")
+    assert policy.warning() is None
+    shutil.rmtree(run)
+    with pytest.raises(LiftLabError):
+        policy.choose("model_10.pt")
+    assert policy.act(None) == 9
+    assert policy.choices() == ["model_9.pt"]
+    assert "is gone" in policy.warning()
