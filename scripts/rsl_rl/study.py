@@ -152,6 +152,9 @@ class Study:
         path, job.record["iterations"] = found
         best = path.with_name("model_best.pt")
         checkpoint = best if self.args.checkpoint == "best" and best.is_file() else path
+        if job.record.get("checkpoint") != str(checkpoint):  # what was measured is of an earlier one
+            job.record.pop("evaluation", None)
+            job.record.pop("perturbed", None)
         job.record["checkpoint"] = str(checkpoint)
         job.record["status"] = "trained"
         self.write()

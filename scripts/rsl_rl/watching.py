@@ -81,7 +81,7 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
         policy = _policy(args, env, agent_cfg, checkpoint)
         print(f"policy: {args.agent if checkpoint is None else checkpoint}")
         if server is None:
-            size = record_replay(env, policy, args.replay, args.steps or env.max_episode_length)
+            size = record_replay(env, policy, args.replay, args.steps or env.unwrapped.max_episode_length)
             print(f"replay: {args.replay} ({size / 1e6:.1f} MB)")
             return 0
         session = ViewerSession(env, policy, server, args.task)

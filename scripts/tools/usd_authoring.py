@@ -74,9 +74,9 @@ def link_of_boxes(mass: float, boxes: Sequence[Box]) -> Link:
     total = np.zeros((3, 3))
     for part, box, arm in zip(masses, boxes, centers - com, strict=True):
         total += np.diag(box_inertia(float(part), box.size)[:3]) + part * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    xx, yy, zz, xy, xz, yz = total[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)].tolist()
+    xx, yy, zz, xy, xz, yz = _clean(total[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)])
     x, y, z = _clean(com)
-    return Link(mass, (x, y, z), (xx, yy, zz, *_clean(np.array([xy, xz, yz]))))
+    return Link(mass, (x, y, z), (xx, yy, zz, xy, xz, yz))
 
 
 def principal_inertia(inertia: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:

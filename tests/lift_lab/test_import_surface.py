@@ -9,7 +9,8 @@ from lift_lab.utils.errors import LiftLabError
 
 SURFACE = {
     "sim": """SimulationCfg SimulationContext UsdFileCfg GroundPlaneCfg CuboidCfg SphereCfg CapsuleCfg CylinderCfg
-        ConeCfg DomeLightCfg DistantLightCfg PinholeCameraCfg RigidBodyMaterialCfg RigidBodyPropertiesCfg MassPropertiesCfg
+        ConeCfg DomeLightCfg DistantLightCfg PinholeCameraCfg
+        RigidBodyMaterialCfg RigidBodyPropertiesCfg MassPropertiesCfg
         ArticulationRootPropertiesCfg CollisionPropertiesCfg PreviewSurfaceCfg PhysxCfg RenderCfg""",
     "sim.spawners": "UsdFileCfg GroundPlaneCfg CuboidCfg SphereCfg PreviewSurfaceCfg RigidBodyMaterialCfg DomeLightCfg",
     "sim.spawners.from_files.from_files_cfg": "UsdFileCfg GroundPlaneCfg",

@@ -7,7 +7,7 @@ import re
 from functools import cache
 
 import numpy as np
-from pxr import Gf, Usd
+from pxr import Gf, Sdf, Usd
 
 from lift_lab.usd import dialects
 from lift_lab.usd.parse import ParsedStage, value_of
@@ -17,6 +17,10 @@ _PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|physx\w*)(:|$)")
 _CHECKED = re.compile(
     r"^(physics|drive|limit|state|newton|mjc|physx\w*|xformOp)(:|$)"
     r"|^(points|radius\w*|height|size|width|length|positions|orientations|scales)$"
+)
+_FINITE = re.compile(
+    r"^(xformOp:.*|physics:(localPos|localRot|principalAxes|diagonalInertia|gravityDirection).*)$"
+    r"|^(points|positions|orientations|scales)$"
 )
 
 _READ_ELSEWHERE = """
@@ -96,9 +100,9 @@ _IGNORED = {
 
 
 def reject_nan(stage: Usd.Stage, source: str) -> None:
-    """Raise on physical or geometric attributes that hold NaN, before usd-core's parser sees them.
+    """Raise on physical or geometric attributes that hold no numbers, before usd-core's parser sees them.
 
-    Infinity is a legal scalar (no limit) and a legal unset centre of mass; vectors and arrays must be finite.
+    Infinity means "no limit" or "unset" in many places; frames, points and inertia must be finite.
     """
     for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
         for attribute in prim.GetAuthoredAttributes():
@@ -108,10 +112,12 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
             value = attribute.Get()
             if value is None or isinstance(value, (str, bool, int)):
                 continue
+            if isinstance(value, Sdf.UnregisteredValue):
+                raise UsdImportError(source, str(prim.GetPath()), name, "of a type that USD does not know")
             numbers = _numbers(value)
             if np.isnan(numbers).any():
                 raise UsdImportError(source, str(prim.GetPath()), name, "not a number")
-            if numbers.size > 1 and name != "physics:centerOfMass" and np.isinf(numbers).any():
+            if _FINITE.match(name) and np.isinf(numbers).any():
                 raise UsdImportError(source, str(prim.GetPath()), name, "not finite")
 
 
@@ -121,8 +127,6 @@ def _numbers(value: object) -> np.ndarray:
         value = (value.GetReal(), *value.GetImaginary())  # type: ignore[union-attr]
     array = np.array(value)
     if array.dtype == object:
-        if not hasattr(value, "__iter__"):
-            return np.empty(0)
         parts = [_numbers(item) for item in value]  # type: ignore[union-attr]
         return np.concatenate(parts) if parts else np.empty(0)
     return array.ravel() if array.dtype.kind == "f" else np.empty(0)

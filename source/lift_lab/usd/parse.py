@@ -142,8 +142,9 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
     prims = list(Usd.PrimRange(stage.GetPseudoRoot(), predicate))[1:]
     order = {str(prim.GetPath()): i for i, prim in enumerate(prims)}
     parsed = ParsedStage(stage, source, Units.of(stage), report, prims, order)
-    if not (0 < parsed.units.length < float("inf") and 0 < parsed.units.mass < float("inf")):
-        raise UsdImportError(source, reason="metersPerUnit and kilogramsPerUnit must be positive and finite")
+    for name, value in (("metersPerUnit", parsed.units.length), ("kilogramsPerUnit", parsed.units.mass)):
+        if not 1 / _LARGE < value < _LARGE:
+            raise UsdImportError(source, attribute=name, reason=f"{value:g} is out of bounds")
     load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
     found = load(stage, ["/"])
     stores = {

@@ -5,6 +5,7 @@ Every edit goes to an anonymous session layer, so that neither the file nor a st
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -71,7 +72,8 @@ def note_diagnostics(delegate: UsdUtils.CoalescingDiagnosticDelegate, report: Im
         if text.startswith("CollisionAPI applied to an unknown"):
             continue  # the colliders' own note says so
         prim = next((word.strip("<>,.'\"") for word in text.split() if word.startswith(("/", "</"))), "")
-        report.ignore(prim, "", f"usd-core: {' '.join(text.split())[:200]}")
+        physical = re.search(r"joint|rigid|collision|physics|mass|inertia", text, re.IGNORECASE)
+        report.ignore(prim, "", f"usd-core: {' '.join(text.split())[:200]}", tuning=not physical)
 
 
 def _open_layer(path: Path) -> Sdf.Layer:

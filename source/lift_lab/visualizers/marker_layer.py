@@ -56,7 +56,7 @@ class _Shape:
         builtin = file in (_FRAME, _ARROW)
         # the spawner scales what it reads itself
         self._scale = np.asarray(getattr(cfg, "scale", None) or (1.0, 1.0, 1.0) if builtin else (1.0,) * 3)
-        self._mesh = None if self._is_frame else _mesh(cfg, file).to_trimesh()
+        self._mesh: Any = None if self._is_frame else _mesh(cfg, file).to_trimesh()
         self._handle: Any = None
         self._count = 0
 
@@ -88,6 +88,6 @@ def _mesh(cfg: SpawnerCfg, file: str) -> Mesh:
     """Triangles of a shape: an arrow, or what its spawner makes."""
     if file == _ARROW:
         colour = getattr(getattr(cfg, "visual_material", None), "diffuse_color", (0.5, 0.5, 0.5))
-        return arrow((*colour, 1.0))
+        return arrow((colour[0], colour[1], colour[2], 1.0))
     model = cfg.func("/marker", cfg).spec.compile()
     return merge([body.mesh for body in body_meshes(model)])

@@ -91,8 +91,8 @@ def numbers_table(groups: Sequence[Group], roles: Roles, tail: float = TAIL) -> 
     table = Table(
         "End of training",
         ["figure", "study: baseline", "study: curriculum", *(group.label for group in groups)],
-        note=f"Ours: mean over the last {tail:.0%} of the iterations, then over seeds, with its 95 % bootstrap interval. "
-        f"The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, its "
+        note=f"Ours: mean over the last {tail:.0%} of iterations, then over seeds, with its 95 % bootstrap interval "
+        f"over them. The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, its "
         f"curriculum to {roles.curriculum or NONE}.",
     )
     for figure in (*FIGURES, *FURTHER):

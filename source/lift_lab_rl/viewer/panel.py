@@ -26,7 +26,7 @@ class Panel:
         self._post = post
         self._told = choices[-1]
         gui = server.gui
-        gui.configure_theme(control_layout="collapsible", show_share_button=False)
+        gui.configure_theme(show_share_button=False)
         self.status = gui.add_markdown("")
         with gui.add_folder("Run"):
             self.pause = gui.add_button("Pause")

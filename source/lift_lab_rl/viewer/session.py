@@ -95,10 +95,12 @@ class ViewerSession:
                 if now - checkpoints >= CHECKPOINTS_EVERY_S:
                     self._look_for_checkpoints()
                     checkpoints = now
-                self._wait(due)
+                self._wait(min(due, drawn + 1.0 / MAX_DRAWS_PER_S) if pending else due)
+            if pending:
+                self._draw()
 
     def _wait(self, due: float) -> None:
-        """Sleep until the next step, but not for long: the page wants answers."""
+        """Sleep until there is something to do, but not for long: the page wants answers."""
         longest = 1.0 / MAX_DRAWS_PER_S
         left = longest if self._paused else due - time.perf_counter()
         if left > 0:

@@ -1,12 +1,15 @@
 """Contact sensors and IMUs measure what the laws of motion say, on both engines."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 import torch
 
 import lift_lab.sim as sim_utils
 from lift_lab.assets import AssetBaseCfg, RigidObjectCfg
+from lift_lab.envs import mdp
+from lift_lab.managers import SceneEntityCfg
 from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.sensors import ContactSensorCfg, ImuCfg
 from lift_lab.utils import configclass
@@ -257,4 +260,26 @@ def test_times_must_be_asked_for():
     ours = _World("native", lower=_box("Lower", 0.5 * SIZE, LOWER), contact=_contact())
     with pytest.raises(PhysicsError, match="set track_air_time"):
         ours.scene["contact"].compute_first_contact(DT)
+    ours.sim.close()
+
+
+def test_terms_read_the_sensors_of_a_scene():
+    ours = _World(
+        "native",
+        lower=_box("Lower", 0.5 * SIZE, LOWER),
+        contact=_contact(history_length=2),
+        imu=ImuCfg(prim_path="{ENV_REGEX_NS}/Lower"),
+    )
+    ours.step(200)
+    env = SimpleNamespace(scene=ours.scene, num_envs=NUM_ENVS, device="cpu")
+    chosen = SceneEntityCfg("contact", body_names="Lower")
+    chosen.resolve(ours.scene)
+    weight = LOWER * G
+    assert mdp.undesired_contacts(env, 0.9 * weight, chosen).tolist() == [1] * NUM_ENVS
+    assert not mdp.illegal_contact(env, 1.1 * weight, chosen).any()
+    _close(mdp.contact_forces(env, 0.5 * weight, chosen), torch.full((NUM_ENVS,), 0.5 * weight))
+    _close(mdp.imu_lin_acc(env), _everywhere(0.0, 0.0, G))
+    _close(mdp.imu_projected_gravity(env), _everywhere(0.0, 0.0, -1.0))
+    _close(mdp.imu_orientation(env), ours.scene["lower"].data.root_quat_w, atol=1e-5)
+    _close(mdp.imu_ang_vel(env), _everywhere(0.0, 0.0, 0.0))
     ours.sim.close()

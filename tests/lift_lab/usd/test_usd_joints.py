@@ -178,6 +178,13 @@ def test_a_ball_and_a_slide_between_two_bodies_add_up(pair):
     assert model.neq == 0
 
 
+def test_more_than_six_degrees_of_freedom_between_two_bodies_are_an_error(pair):
+    pair.joint("/Robot/a", "Joint", "/Robot/base", "/Robot/link")
+    pair.joint("/Robot/b", "RevoluteJoint", "/Robot/base", "/Robot/link", "Y")
+    with pytest.raises(UsdImportError, match=r"</Robot/b>.*7 degrees of freedom"):
+        pair.load()
+
+
 def test_compound_joints_that_disagree_at_zero_are_reported(pair, notes):
     pair.joint("/Robot/a", "RevoluteJoint", "/Robot/base", "/Robot/link", "X", pos0=(0, 0, 1))
     pair.joint("/Robot/b", "RevoluteJoint", "/Robot/base", "/Robot/link", "Y", pos0=(0, 0, 2))

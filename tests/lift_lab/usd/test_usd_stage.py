@@ -236,6 +236,21 @@ def test_nan_anywhere_is_an_error_that_names_prim_and_attribute(author, attribut
         a.load()
 
 
+@pytest.mark.parametrize("metres", [0.0, -1.0, math.inf, 1e300])
+def test_an_impossible_unit_is_an_error(author, metres):
+    a = author("Z", metres)
+    a.body("/Robot/b")
+    with pytest.raises(UsdImportError, match="metersPerUnit"):
+        a.load()
+
+
+def test_an_attribute_of_an_unknown_type_is_an_error(tmp_path):
+    body = 'def Xform "A" (apiSchemas = ["PhysicsRigidBodyAPI"])\n{\n    flozt mjc:gravcomp = 1\n}'
+    (tmp_path / "scene.usda").write_text(f"#usda 1.0\n{body}\n")
+    with pytest.raises(UsdImportError, match=r"</A>\.mjc:gravcomp: of a type that USD does not know"):
+        load(tmp_path / "scene.usda")
+
+
 def test_an_infinite_position_is_an_error(author):
     a = _ball(author)
     a.stage.GetPrimAtPath("/Robot/ball").GetAttribute("xformOp:translate").Set(Gf.Vec3d(math.inf, 0, 0))

@@ -103,8 +103,8 @@ class OperationalSpaceControllerAction(ActionTerm):
         super().__init__(cfg, env)
         if cfg.controller_cfg.contact_wrench_stiffness_task is not None:
             raise ConfigError(
-                f"{type(self).__name__}: contact_wrench_stiffness_task needs forces that the action does not read from a"
-                " contact sensor; leave it at None for open-loop wrenches"
+                f"{type(self).__name__}: contact_wrench_stiffness_task needs forces that the action does not read from"
+                " a contact sensor; leave it at None for open-loop wrenches"
             )
         self._end_effector = EndEffector(
             self._asset, cfg.joint_names, cfg.body_name, cfg.body_offset, type(self).__name__

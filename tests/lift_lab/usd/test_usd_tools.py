@@ -1,0 +1,85 @@
+"""The two command lines of the importer."""
+
+from __future__ import annotations
+
+import importlib.util
+import random
+import runpy
+import sys
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from lift_lab.usd import UsdImportError, load
+
+TOOLS = Path(__file__).parents[3] / "scripts" / "tools"
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Runs a tool in this process; returns exit status, output and errors."""
+
+    def call(name, *args):
+        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(TOOLS / name), run_name="__main__")
+        captured = capsys.readouterr()
+        return ended.value.code, captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture
+def ball(author, tmp_path):
+    a = author()
+    a.body("/Robot/ball", pos=(0, 0, 1), mass=2.0)
+    a.gprim("/Robot/ball/c", "Sphere", radius=0.1)
+    a.attrs("/Robot/ball", {"physxRigidBody:linearDamping": 0.5})
+    path = tmp_path / "ball.usda"
+    a.stage.GetRootLayer().Export(str(path))
+    return path
+
+
+def test_usd_info_prints_the_report_and_writes_an_mjcf_that_compiles(run, ball, tmp_path):
+    status, out, _ = run("usd_info.py", ball, "--mjcf", tmp_path / "out" / "ball.xml")
+    assert status == 0
+    assert "linearDamping" in out
+    assert "1 bodies, 6 degrees of freedom" in out
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "ball.xml"))
+    assert model.body("ball").mass[0] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["none.usda"], "no such file"),
+        (["FILE", "--strict"], "linearDamping"),
+        (["FILE", "--variant", "x"], "SET=NAME"),
+    ],
+)
+def test_usd_info_answers_a_mistake_in_one_line_with_status_two(run, ball, args, message):
+    status, _, err = run("usd_info.py", *[ball if arg == "FILE" else arg for arg in args])
+    assert status == 2
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_damaged_stages_import_or_are_refused_and_nothing_else(tmp_path):
+    """A handful of the fuzzer's cases, in this process."""
+    spec = importlib.util.spec_from_file_location("usd_fuzz", TOOLS / "usd_fuzz.py")
+    fuzz = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(fuzz)
+    seeds = [seed for seed in fuzz.seed_files() if seed[0] == "generated.usda"]
+    outcomes, messages = set(), []
+    for case in range(60):
+        path = tmp_path / f"{case}.usda"
+        path.write_bytes(fuzz.mutate(seeds[0][1], random.Random(case)))
+        try:
+            load(path)[0].compile()
+            outcomes.add("imported")
+        except UsdImportError as error:
+            messages.append(str(error))
+            outcomes.add("refused")
+    assert outcomes == {"imported", "refused"}
+    assert not any("\n" in message for message in messages)

@@ -1,0 +1,84 @@
+"""play.py's viewer and replay, and the description of a task, from the command line."""
+
+import runpy
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+PLAY = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_threads", 1, "--num_envs", 2]
+
+
+@pytest.fixture
+def script(monkeypatch, capsys, tmp_path):
+    """Runs a script in this process, in a folder without runs; returns exit status, output and errors."""
+    threads = torch.get_num_threads()
+    monkeypatch.syspath_prepend(str(SCRIPTS / "rsl_rl"))
+    monkeypatch.chdir(tmp_path)
+
+    def call(name, *args):
+        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
+        captured = capsys.readouterr()
+        return ended.value.code, captured.out, captured.err
+
+    yield call
+    torch.set_num_threads(threads)
+
+
+def test_the_viewer_shows_an_agent_that_needs_no_checkpoint(script):
+    pytest.importorskip("viser")
+    status, out, _ = script("rsl_rl/play.py", *PLAY, "--viewer", "--port", 0, "--agent", "random", "--steps", 2)
+    assert status == 0
+    assert "viewer: http://127.0.0.1:" in out
+    assert "2 steps of 2 environments" in out
+
+
+def test_a_replay_is_written_without_a_checkpoint(script, tmp_path):
+    pytest.importorskip("viser")
+    status, out, _ = script("rsl_rl/play.py", *PLAY, "--replay", "a.html", "--agent", "zero", "--steps", 2)
+    assert status == 0
+    assert "replay: a.html" in out
+    assert (tmp_path / "a.html").stat().st_size > 100_000
+
+
+def test_a_port_that_is_taken_is_told_before_anything_is_built(script):
+    pytest.importorskip("viser")
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        status, _, err = script("rsl_rl/play.py", *PLAY, "--viewer", "--port", port, "--agent", "zero")
+    assert status == 2
+    assert err.startswith(f"error: port {port} of 127.0.0.1 cannot be used")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--agent", "zero"], "choose one of --viewer and --replay"),
+        (["--viewer", "--replay", "a.html"], "choose one of --viewer and --replay"),
+        (["--viewer", "--video"], "--video films off screen"),
+        (["--viewer", "--port", "0", "--agent", "zero", "--checkpoint", "x.pt"], "needs no --checkpoint"),
+        (["--viewer", "--port", "0"], "train first"),
+    ],
+)
+def test_flags_that_do_not_go_together_are_answered_in_one_line(script, args, message):
+    pytest.importorskip("viser")
+    status, _, err = script("rsl_rl/play.py", *PLAY, *args)
+    assert status == 2
+    assert err.startswith("error: ")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_a_task_is_described(script):
+    status, out, _ = script("list_envs.py", "--describe", "Lift-Cube-Franka")
+    assert status == 0
+    assert "object_goal_tracking_fine_grained" in out
+    assert "Ignored settings" in out
