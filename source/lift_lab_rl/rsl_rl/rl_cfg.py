@@ -94,14 +94,17 @@ class RslRlPpoAlgorithmCfg:
     entropy_coef: float = MISSING
     """Weight of the entropy bonus."""
 
-    entropy_coef_final: float | None = None
-    """Weight that it is annealed to (ours); None keeps :attr:`entropy_coef` throughout."""
-
-    entropy_anneal_iterations: tuple[int, int] = (0, 0)
-    """Iterations between which it is annealed, linearly (ours)."""
-
     desired_kl: float = MISSING
     """Divergence the adaptive schedule aims at."""
+
+    entropy_coef_final: float | None = None
+    """Weight of the entropy bonus that training ends with (ours); None keeps :attr:`entropy_coef`."""
+
+    desired_kl_final: float | None = None
+    """Divergence that training ends with (ours); None keeps :attr:`desired_kl`."""
+
+    anneal_iterations: tuple[int, int] = (0, 0)
+    """Iterations between which both go to their final values, linearly (ours)."""
 
     max_grad_norm: float = MISSING
     """Largest norm of the gradients of actor and of critic."""

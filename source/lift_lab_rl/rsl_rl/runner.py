@@ -152,7 +152,7 @@ class LiftLabRunner(OnPolicyRunner):
             self._synchronise()
             collected = time.perf_counter()
             self.alg.compute_returns(obs)
-        self.alg.entropy_coef = self._entropy_coef()
+        self._anneal()
         losses = self.alg.update()
         self._synchronise()
         learned = time.perf_counter()
@@ -175,13 +175,13 @@ class LiftLabRunner(OnPolicyRunner):
             progress.show(report)
         return obs
 
-    def _entropy_coef(self) -> float:
-        """Weight of the entropy bonus in the running iteration."""
-        initial, final, start, end = self.cfg["entropy_coef_schedule"]
+    def _anneal(self) -> None:
+        """Set what changes as training goes on for the running iteration."""
+        start, end = self.cfg["annealing"]["iterations"]
         done = self.current_learning_iteration
-        if done >= end:
-            return final
-        return initial + (final - initial) * max(0, done - start) / (end - start)
+        share = 1.0 if done >= end else max(0, done - start) / (end - start)
+        for name, (initial, final) in self.cfg["annealing"]["values"].items():
+            setattr(self.alg, name, initial + (final - initial) * share)
 
     def _action_std(self) -> float:
         if isinstance(self.alg, PiecewisePPO):

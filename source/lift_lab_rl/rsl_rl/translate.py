@@ -41,7 +41,7 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain.pop("policy")
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
-    plain["entropy_coef_schedule"] = _entropy_schedule(plain["algorithm"])
+    plain["annealing"] = _annealing(plain["algorithm"])
     plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
     plain["logger"] = _logger(cfg)
     plain["multi_gpu"] = None
@@ -94,14 +94,21 @@ def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, lis
     return resolved
 
 
-def _entropy_schedule(algorithm: dict[str, Any]) -> tuple[float, float, int, int]:
-    """Initial and final weight of the entropy bonus, and the iterations between which it changes."""
-    final = algorithm.pop("entropy_coef_final")
-    start, end = algorithm.pop("entropy_anneal_iterations")
+def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
+    """What :class:`~lift_lab_rl.rsl_rl.runner.LiftLabRunner` changes as training goes on; taken out of ``algorithm``.
+
+    Returns:
+        ``iterations`` (first and last), and name -> (initial, final value) under ``values``.
+    """
+    start, end = algorithm.pop("anneal_iterations")
     if not 0 <= start <= end:
-        raise ConfigError(f"agent.algorithm.entropy_anneal_iterations: ({start}, {end}) is no span of iterations")
-    initial = algorithm["entropy_coef"]
-    return initial, initial if final is None else final, start, end
+        raise ConfigError(f"agent.algorithm.anneal_iterations: ({start}, {end}) is no span of iterations")
+    values = {}
+    for name in ("entropy_coef", "desired_kl"):
+        final = algorithm.pop(f"{name}_final")
+        if final is not None:
+            values[name] = (algorithm[name], final)
+    return {"iterations": (start, end), "values": values}
 
 
 def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:

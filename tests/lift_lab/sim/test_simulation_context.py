@@ -129,7 +129,7 @@ def test_a_missing_gpu_is_named():
 
 def test_using_the_engine_before_reset_is_refused():
     sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu"))
-    with pytest.raises(PhysicsError, match="call sim.reset"):
+    with pytest.raises(PhysicsError, match=r"call sim\.reset"):
         _ = sim.physics
 
 

@@ -29,7 +29,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         clip_param=0.2,
         entropy_coef=0.003,
         entropy_coef_final=0.0,
-        entropy_anneal_iterations=(350, 550),
+        anneal_iterations=(600, 700),
         num_learning_epochs=5,
         num_mini_batches=4,
         learning_rate=1.0e-3,
