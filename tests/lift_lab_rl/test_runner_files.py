@@ -339,3 +339,33 @@ def test_an_export_that_acts_otherwise_is_an_error():
     model = policy.as_jit().eval()
     with pytest.raises(ExportError, match="differs"):
         check_export("ONNX", policy, model, lambda obs: model(obs) + 0.01)
+
+
+# -- annealing
+
+
+def test_entropy_bonus_and_divergence_are_annealed_over_the_span():
+    cfg = AgentCfg()
+    cfg.algorithm.entropy_coef_final = 0.0
+    cfg.algorithm.desired_kl_final = 0.004
+    cfg.algorithm.anneal_iterations = (1, 3)
+    used = []
+    torch.manual_seed(5)
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    runner.learn(5, on_iteration=lambda _: used.append((runner.alg.entropy_coef, runner.alg.desired_kl)))
+    # before iterations 0 to 4: the span begins at 1, is half over at 2, and is over at 3
+    assert [entropy for entropy, _ in used] == pytest.approx([0.006, 0.006, 0.003, 0.0, 0.0])
+    assert [kl for _, kl in used] == pytest.approx([0.01, 0.01, 0.007, 0.004, 0.004])
+
+
+def test_without_final_values_nothing_is_annealed():
+    plain = to_rsl_rl(AgentCfg())
+    assert plain["annealing"]["values"] == {}
+    assert not {"entropy_coef_final", "desired_kl_final", "anneal_iterations"} & set(plain["algorithm"])
+
+
+def test_a_span_that_ends_before_it_begins_is_refused():
+    cfg = AgentCfg()
+    cfg.algorithm.anneal_iterations = (5, 3)
+    with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations: \(5, 3\)"):
+        to_rsl_rl(cfg)
