@@ -11,7 +11,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
     """Gaussian MLP 256-128-64, 24-step rollouts, adaptive learning rate."""
 
     num_steps_per_env = 24
-    max_iterations = 1000
+    max_iterations = 1200
     save_interval = 50
     experiment_name = "franka_lift"
     policy = RslRlPpoActorCriticCfg(
