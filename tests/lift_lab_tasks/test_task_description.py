@@ -38,7 +38,7 @@ def test_rewards_are_told_with_weights_as_overridden(text):
 def test_events_terminations_curricula_and_commands_are_told(text):
     assert row(text, "reset_object_position", "reset", "reset_root_state_uniform", "y: (-0.25, 0.25)")
     assert row(text, "object_dropping", "terminal", "minimum_height=-0.05")
-    assert row(text, "action_rate", "modify_reward_weight", "num_steps=10000")
+    assert row(text, "action_rate", "modify_reward_weight", "num_steps=18000")
     assert row(text, "object_pose", "ObjectPoseCommand", "pos_z=(0.25, 0.5)")
 
 
