@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+from lift_lab.utils.debug_vis import DebugVis
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
 
 from .manager_base import EnvIds, ManagerBase, ManagerTermBase
@@ -129,43 +130,5 @@ class ObjectTermManager(ManagerBase):
         return [term for term in self._terms.values() if isinstance(term, DebugVisTerm)]
 
 
-class DebugVisTerm(ManagerTermBase):
-    """A term that can draw markers of its state into a viewer.
-
-    Sub-classes override :meth:`_set_debug_vis_impl` and :meth:`_debug_vis_callback`. Markers are made when a
-    viewer asks for the first frame, so that training without one never makes them.
-    """
-
-    _debug_vis: bool | None = None
-
-    @property
-    def has_debug_vis_implementation(self) -> bool:
-        """Whether the sub-class draws anything."""
-        return type(self)._set_debug_vis_impl is not DebugVisTerm._set_debug_vis_impl
-
-    def set_debug_vis(self, debug_vis: bool) -> bool:
-        """Show or hide the markers; returns whether the term has any."""
-        if not self.has_debug_vis_implementation:
-            self._debug_vis = False
-            return False
-        self._set_debug_vis_impl(debug_vis)
-        self._debug_vis = debug_vis
-        return True
-
-    def update_debug_vis(self) -> None:
-        """Move the markers to the current state, making them first if the config asks for them.
-
-        A viewer calls this once for each frame.
-        """
-        if self._debug_vis is None:
-            self.set_debug_vis(self.cfg.debug_vis)
-        if self._debug_vis:
-            self._debug_vis_callback(None)
-
-    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
-        """Make the markers if needed and set their visibility."""
-        raise NotImplementedError(f"{type(self).__name__} draws no markers")
-
-    def _debug_vis_callback(self, event: Any) -> None:
-        """Write the current state into the markers; ``event`` is always None."""
-        raise NotImplementedError(f"{type(self).__name__} draws no markers")
+class DebugVisTerm(DebugVis, ManagerTermBase):
+    """A term that can draw markers of its state into a viewer."""

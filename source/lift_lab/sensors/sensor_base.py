@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import torch
 
+from lift_lab.utils.debug_vis import DebugVis
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.string import resolve_matching_names
 
@@ -21,10 +22,8 @@ _ENV_REGEX_NS = "/World/envs/env_.*"
 """What ``{ENV_REGEX_NS}`` stands for, where a config writes it out."""
 
 
-class SensorBase(ABC):
+class SensorBase(DebugVis, ABC):
     """A sensor reads the engine's state on demand."""
-
-    _debug_vis: bool | None = None
 
     def __init__(self, cfg: SensorBaseCfg):
         self.cfg = cfg.copy()
@@ -65,38 +64,10 @@ class SensorBase(ABC):
         self._physics = physics
         self._env_origins_w = env_origins_w
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None = None) -> None:  # noqa: B027 - some have none
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None = None) -> None:
         """Forget past readings of some environments."""
 
-    @property
-    def has_debug_vis_implementation(self) -> bool:
-        """Whether the sensor can draw markers."""
-        return type(self)._set_debug_vis_impl is not SensorBase._set_debug_vis_impl
-
-    def set_debug_vis(self, debug_vis: bool) -> bool:
-        """Show or hide the sensor's markers; returns whether it has any."""
-        if not self.has_debug_vis_implementation:
-            return False
-        self._set_debug_vis_impl(debug_vis)
-        self._debug_vis = debug_vis
-        return True
-
-    def update_debug_vis(self) -> None:
-        """Move the markers to the current readings; a viewer calls this once for each frame."""
-        if self._debug_vis is None:
-            self._debug_vis = self.cfg.debug_vis and self.set_debug_vis(True)
-        if self._debug_vis:
-            self._debug_vis_callback(None)
-
-    def _set_debug_vis_impl(self, debug_vis: bool) -> None:
-        """Make the markers if needed and set their visibility."""
-        raise NotImplementedError(f"{type(self).__name__} draws no markers")
-
-    def _debug_vis_callback(self, event: Any) -> None:
-        """Write the current readings into the markers; ``event`` is always None."""
-        raise NotImplementedError(f"{type(self).__name__} draws no markers")
-
-    def update(self, dt: float, force_recompute: bool = False) -> None:  # noqa: B027 - most read on demand
+    def update(self, dt: float, force_recompute: bool = False) -> None:
         """Take note that the engine moved on by ``dt`` seconds."""
 
 
