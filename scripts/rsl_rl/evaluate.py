@@ -70,7 +70,7 @@ def main() -> int:
     try:
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
-        runner.load(str(checkpoint), load_cfg={"actor": True, "critic": True})
+        runner.load_policy(str(checkpoint))
         # Again from the start, now with the curriculum where the checkpoint left it.
         wrapped.seed(agent_cfg.seed)
         wrapped.reset()

@@ -69,7 +69,7 @@ def main() -> int:
             env = RecordVideo(env, folder, interval=1 << 60, length=steps, prefix=checkpoint.stem)
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
-        runner.load(str(checkpoint), load_cfg={"actor": True, "critic": True})
+        runner.load_policy(str(checkpoint))
         print(f"policy: {checkpoint}")
         network = runner.alg.get_policy()
         exported = checkpoint.parent / "exported"

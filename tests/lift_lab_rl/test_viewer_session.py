@@ -139,7 +139,7 @@ def test_a_replay_is_one_page_as_long_as_the_episode(env, tmp_path):
 class Runner:
     """Loads a checkpoint's text as a constant action."""
 
-    def load(self, path, load_cfg):
+    def load_policy(self, path):
         try:
             with open(path) as file:
                 text = file.read()

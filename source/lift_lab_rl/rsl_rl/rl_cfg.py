@@ -171,6 +171,10 @@ class RslRlBaseRunnerCfg:
     keep_resume_states: int = 3
     """Checkpoints that keep the environments' state beside them, so that a run continues bit by bit (ours)."""
 
+    average_share: float = 0.0
+    """Share of the training so far whose policies are averaged into the one that ``play.py`` and ``evaluate.py`` act
+    with (ours); 0 to act with the last one. Training itself never uses the average."""
+
     success_metric: str | None = None
     """Log key that ranks ``model_best.pt`` (ours); None takes the first whose last part starts with "success"."""
 

@@ -29,9 +29,13 @@ from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
 from lift_lab_rl.threads import use_one_torch_thread
 
+from .policy_average import PolicyAverage
 from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
 from .run_logger import RunLogger
+
+AVERAGE = "actor_average_state_dict"
+"""Entry of a checkpoint that holds the averaged policy."""
 
 BEST_EVERY = 10
 """Iterations between looks at whether the policy is the best so far."""
@@ -75,6 +79,8 @@ class LiftLabRunner(OnPolicyRunner):
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
             self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
+        share = self.cfg.get("average_share", 0.0)
+        self.average = PolicyAverage(self.alg.get_policy(), share) if share else None
         self.logger = RunLogger(
             log_dir=None if log_dir is None else str(log_dir),
             cfg=self.cfg,
@@ -157,6 +163,8 @@ class LiftLabRunner(OnPolicyRunner):
         self._synchronise()
         learned = time.perf_counter()
         self.current_learning_iteration += 1
+        if self.average is not None:
+            self.average.update(self.current_learning_iteration)
         steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
         report = IterationReport(
             iteration=self.current_learning_iteration,
@@ -279,6 +287,8 @@ class LiftLabRunner(OnPolicyRunner):
         """
         env = manager_env(self.env)
         content = self.alg.save()
+        if self.average is not None:
+            content[AVERAGE] = self.average.state_dict()
         content["iter"] = self.current_learning_iteration
         content["infos"] = {"env_state": counters(env), **(infos or {})}
         save_torch(path, canonical(content))
@@ -316,13 +326,39 @@ class LiftLabRunner(OnPolicyRunner):
             ConfigError: the file is of other networks.
         """
         content = load_torch(path, map_location=map_location or self.device)
+        with_iteration = self._load_networks(path, content, load_cfg, strict)
+        if with_iteration:
+            self.current_learning_iteration = content["iter"]
+        if self.average is not None:
+            self.average.load_state_dict(content.get(AVERAGE, content["actor_state_dict"]))
+        return self._load_infos(content)
+
+    def load_policy(self, path: str) -> dict:
+        """Load the policy to act with: the averaged one where the checkpoint holds one, else the last.
+
+        Args:
+            path: ``model_N.pt``.
+
+        Returns:
+            The checkpoint's ``infos``.
+
+        Raises:
+            FileError: there is no such file, or it cannot be read.
+            ConfigError: the file is of other networks.
+        """
+        content = load_torch(path, map_location=self.device)
+        content["actor_state_dict"] = content.get(AVERAGE, content.get("actor_state_dict"))
+        self._load_networks(path, content, {"actor": True, "critic": True}, strict=True)
+        return self._load_infos(content)
+
+    def _load_networks(self, path: str, content: dict[str, Any], parts: dict | None, strict: bool) -> bool:
         try:
-            with_iteration = self.alg.load(content, load_cfg, strict)
+            return self.alg.load(content, parts, strict)
         except (RuntimeError, KeyError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200]
             raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}") from error
-        if with_iteration:
-            self.current_learning_iteration = content["iter"]
+
+    def _load_infos(self, content: dict[str, Any]) -> dict:
         infos = content.get("infos") or {}
         env = manager_env(self.env)
         if env is not None:

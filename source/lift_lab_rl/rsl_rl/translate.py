@@ -41,6 +41,8 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain.pop("policy")
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
+    if not 0.0 <= cfg.average_share < 1.0:
+        raise ConfigError(f"agent.average_share: expected 0 <= share < 1, got {cfg.average_share}")
     plain["annealing"] = _annealing(plain["algorithm"])
     plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
     plain["logger"] = _logger(cfg)

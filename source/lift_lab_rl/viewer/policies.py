@@ -115,7 +115,7 @@ class CheckpointPolicy(ViewedPolicy):
         return None
 
     def _load(self, name: str) -> None:
-        self._runner.load(str(self._folder / name), load_cfg={"actor": True, "critic": True})
+        self._runner.load_policy(str(self._folder / name))
         self._policy = self._runner.get_inference_policy(device=self._device)
         self.current = name
 
