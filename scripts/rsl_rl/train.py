@@ -5,14 +5,17 @@ python scripts/rsl_rl/train.py --task Lift-Cube-Franka [flags] [overrides]
 Writes logs/rsl_rl/<experiment>/<time>[_name]/ with model_N.pt (after N iterations), model_best.pt, TensorBoard's event
 files, and params/ with the configurations. Ctrl-C finishes the iteration, saves and ends. A run is continued with
 --resume; max_iterations counts the iterations of both together.
+
+Several processes: torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distributed ... (docs/scaling.md).
 """
 
 from __future__ import annotations
 
-import os
+import importlib.util
 import time
 
 from cli_args import make_parser, positive
+from video_args import add_video_args, apply_video_args
 
 from lift_lab.app import AppLauncher, cli
 
@@ -30,24 +33,27 @@ def parse():
     )
     parser.add_argument("--logger", choices=["tensorboard", "wandb", "neptune"], default=None, help="where curves go")
     parser.add_argument("--log_project_name", type=str, default=None, help="project name for wandb or neptune")
-    parser.add_argument("--video", action="store_true", help="record videos while training")
+    parser.add_argument(
+        "--distributed", action="store_true", help="share the gradients with the other processes of torchrun"
+    )
+    parser.add_argument("--video", action="store_true", help="make videos while training, in a process of their own")
     parser.add_argument("--video_length", type=positive, default=200, help="steps in a video")
     parser.add_argument("--video_interval", type=positive, default=2000, help="steps between the starts of two videos")
+    add_video_args(parser)
     return parser.parse()
 
 
 def main() -> int:
     args, overrides = parse()
     launcher = AppLauncher(args)
-    if args.video:
-        os.environ.setdefault("MUJOCO_GL", "egl")
 
     import gymnasium as gym
     from rich.console import Console
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.utils.errors import ConfigError
+    from lift_lab.utils.errors import ConfigError, MissingPackageError
     from lift_lab.utils.io import dump_yaml
+    from lift_lab_rl import distributed
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.rsl_rl.progress import Progress
     from lift_lab_rl.rsl_rl.runner import checkpoint_iteration
@@ -57,19 +63,28 @@ def main() -> int:
     from lift_lab_tasks.utils.hydra import compose
 
     console = Console()
+    place = distributed.place(args.distributed)
 
     def say(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
+        if place.is_main:
+            console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     for name in ("max_iterations", "run_name", "experiment_name", "load_run", "logger"):
         if getattr(args, name) is not None:
             setattr(agent_cfg, name, getattr(args, name))
+    if agent_cfg.logger in ("wandb", "neptune") and importlib.util.find_spec(agent_cfg.logger) is None:
+        raise MissingPackageError(f"--logger {agent_cfg.logger} needs a package: pip install {agent_cfg.logger}")
     if args.log_project_name is not None:
         if agent_cfg.logger == "tensorboard":
             raise ConfigError("--log_project_name needs --logger wandb or neptune")
         setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
+    if place.is_distributed and args.num_threads is None and env_cfg.sim.num_threads is None:
+        args.num_threads = place.num_threads()
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    env_cfg.sim.device, agent_cfg.device = place.device(env_cfg.sim.device), place.device(agent_cfg.device)
+    args.video = args.video and place.is_main
+    apply_video_args(args, env_cfg)
     resume = args.resume or agent_cfg.resume
     if args.video:
         require_video()
@@ -87,35 +102,44 @@ def main() -> int:
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
 
-    run_dir = runs.new_run_dir(agent_cfg)
-    env_cfg.log_dir = str(run_dir)
-    fingerprint = runs.fingerprint(env_cfg, agent_cfg)
-    env = gym.make(args.task, cfg=env_cfg, render_mode="rgb_array" if args.video else None)
-    try:
-        say(str(env.unwrapped))
-        if args.video:
-            env = RecordVideo(env, run_dir / "videos" / "train", args.video_interval, args.video_length)
-        wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
-        plain = to_rsl_rl(agent_cfg, wrapped.get_observations().keys())
-        runner = LiftLabRunner(wrapped, plain, run_dir, agent_cfg.device, fingerprint)
-        if checkpoint is not None:
-            runner.load(str(checkpoint))
-            say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")
-        run_dir.mkdir(parents=True, exist_ok=True)
-        dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
-        dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
-        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
-        say(f"{args.task}: {wrapped.num_envs} environments on {wrapped.device}, seed {agent_cfg.seed}")
-        say(f"writing to {run_dir}")
-        say(f"started in {time.perf_counter() - START:.1f} s")
-        left = agent_cfg.max_iterations - runner.current_learning_iteration
-        progress = Progress(f"{args.task} {run_dir.name}", console)
-        finished = runner.learn(left, init_at_random_ep_len=True, progress=progress)
-        last = run_dir / f"model_{runner.current_learning_iteration}.pt"
-        say(f"{'finished' if finished else 'ended early'} after {runner.current_learning_iteration} iterations: {last}")
-    finally:
-        env.close()
-        launcher.app.close()
+    with distributed.group(place, agent_cfg.device):
+        run_dir = distributed.from_main(runs.new_run_dir(agent_cfg))
+        env_cfg.log_dir = str(run_dir)
+        if place.is_distributed:
+            seeds = distributed.from_main((env_cfg.seed, agent_cfg.seed))
+            env_cfg.seed, agent_cfg.seed = (None if seed is None else seed + place.rank for seed in seeds)
+        fingerprint = runs.fingerprint(env_cfg, agent_cfg)
+        env = gym.make(args.task, cfg=env_cfg)
+        try:
+            say(str(env.unwrapped))
+            if args.video:
+                folder = run_dir / "videos" / "train"
+                length = min(args.video_length, args.video_interval)
+                env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length, say=say)
+            wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
+            plain = to_rsl_rl(agent_cfg, wrapped.get_observations().keys())
+            runner = LiftLabRunner(wrapped, plain, run_dir, agent_cfg.device, fingerprint, place)
+            if checkpoint is not None:
+                runner.load(str(checkpoint))
+                say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")
+            if place.is_main:
+                run_dir.mkdir(parents=True, exist_ok=True)
+                dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
+                dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+                dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+            count = f"{place.world_size} x {wrapped.num_envs}" if place.is_distributed else wrapped.num_envs
+            say(f"{args.task}: {count} environments on {wrapped.device}, seed {agent_cfg.seed}")
+            say(f"writing to {run_dir}")
+            say(f"started in {time.perf_counter() - START:.1f} s")
+            left = agent_cfg.max_iterations - runner.current_learning_iteration
+            progress = Progress(f"{args.task} {run_dir.name}", console) if place.is_main else None
+            finished = runner.learn(left, init_at_random_ep_len=True, progress=progress)
+            done = runner.current_learning_iteration
+            end = "finished" if finished else "ended early"
+            say(f"{end} after {done} iterations: {run_dir / f'model_{done}.pt'}")
+        finally:
+            env.close()
+            launcher.app.close()
     return 0
 
 

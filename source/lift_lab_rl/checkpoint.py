@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils.errors import LiftLabError
 
 from .physics_state import load_physics_state, physics_state, physics_storages
@@ -38,8 +39,9 @@ _FOREIGN = frozenset(
 )
 """Top-level modules whose objects are not looked into."""
 
-_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned"})
-"""Attributes that lead back to the environment, to the engine, or to what the model was built from."""
+_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned", "_debug_vis"})
+"""Attributes that lead back to the environment, to the engine, or to what the model was built from, or that say
+whether markers are shown: a run may be filmed or not."""
 
 _CACHES = frozenset({"_cache"})
 """Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""
@@ -162,7 +164,7 @@ def _below(path: str, value: Any, assign: _Assign, seen: set[int], excluded: set
 
 def _is_ours(value: Any) -> bool:
     """Whether to look into an object: an instance of a class of this project or of the task's author."""
-    if isinstance(value, (type, enum.Enum)) or not hasattr(value, "__dict__"):
+    if isinstance(value, (type, enum.Enum, VisualizationMarkers)) or not hasattr(value, "__dict__"):
         return False
     return type(value).__module__.partition(".")[0] not in _FOREIGN
 

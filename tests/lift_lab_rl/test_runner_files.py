@@ -191,6 +191,16 @@ def test_a_checkpoint_of_other_networks_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(caught.value)
 
 
+def test_every_action_may_have_a_deviation_of_its_own_to_start_with(tmp_path):
+    cfg = AgentCfg()
+    cfg.policy.init_noise_std = [2.5]
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    assert runner.alg.get_policy().distribution.log_std_param.tolist() == pytest.approx([math.log(2.5)])
+    cfg.policy.init_noise_std = [1.0, 3.0]
+    with pytest.raises(ConfigError, match="2 values for 1 actions"):
+        LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_run_after_its_iteration_with_a_checkpoint(tmp_path, number):
     steps = []

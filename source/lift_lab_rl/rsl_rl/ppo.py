@@ -7,8 +7,11 @@ same mathematics:
 - What does not change within an update (observation normalisation, the shuffled order of samples) is computed once
   instead of once an epoch, and the critic looks at a whole rollout at its end instead of at every step.
 
+With several processes (:mod:`~lift_lab_rl.distributed`) gradients, divergence and the scale of the advantages are those
+of all their samples together, in one exchange a minibatch: all processes take the same steps.
+
 Networks this cannot do (recurrent, convolutional, other distributions) and the extensions (random network
-distillation, symmetry, mixed precision, several GPUs) go through rsl_rl's own update.
+distillation, symmetry, mixed precision) go through rsl_rl's own update.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from rsl_rl.modules.distribution import GaussianDistribution
 from tensordict import TensorDict
 from torch import nn
 
+from lift_lab_rl import distributed
 from lift_lab_rl.threads import PiecePool, piece_bounds
 
 PIECE_ROWS = 1536
@@ -106,7 +110,6 @@ class PiecewisePPO(PPO):
             and type(self._raw_actor.distribution) is GaussianDistribution
             and self.rnd is None
             and self.symmetry is None
-            and not self.is_multi_gpu
             and not self.use_mixed_precision
         )
 
@@ -158,6 +161,8 @@ class PiecewisePPO(PPO):
             st.values.copy_(self._values_of(st.observations.flatten(0, 1)).view_as(st.values))
             st.rewards.addcmul_(st.values, self._time_outs, value=self.gamma)
         super().compute_returns(obs)
+        if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
+            self.storage.advantages = distributed.standardise(self.storage.returns - self.storage.values)
 
     def _values_of(self, obs: TensorDict) -> torch.Tensor:
         """The critic's values of all samples, shape (samples, 1)."""
@@ -194,8 +199,9 @@ class PiecewisePPO(PPO):
                 totals += losses
                 entropy_sum += entropy
         obs = self.storage.observations.flatten(0, 1)
-        self._raw_actor.update_normalization(obs)
-        self._raw_critic.update_normalization(obs)
+        with distributed.answers():  # rsl_rl's normalisation takes the samples of all processes
+            self._raw_actor.update_normalization(obs)
+            self._raw_critic.update_normalization(obs)
         self.storage.clear()
         count = self.num_learning_epochs * self.num_mini_batches
         value, surrogate, kl = (totals / count).tolist()
@@ -250,6 +256,8 @@ class PiecewisePPO(PPO):
         total = pieces[0]
         for other in pieces[1:]:
             torch._foreach_add_(total, other)
+        if self.is_multi_gpu:
+            distributed.average_(total)
         losses, *grads = total
         std = self._std()
         entropy = self._log_normaliser(std) + 0.5 * len(std)

@@ -24,6 +24,7 @@ from rsl_rl.runners import OnPolicyRunner
 from rsl_rl.utils import resolve_callable
 
 from lift_lab.utils.errors import ConfigError, LiftLabError
+from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
@@ -36,6 +37,9 @@ from .run_logger import RunLogger
 
 AVERAGE = "actor_average_state_dict"
 """Entry of a checkpoint that holds the averaged policy."""
+
+REPEATED_S = 3.0
+"""With several processes: a second signal within this time, in s, is the first one again."""
 
 BEST_EVERY = 10
 """Iterations between looks at whether the policy is the best so far."""
@@ -57,6 +61,7 @@ class LiftLabRunner(OnPolicyRunner):
         log_dir: str | Path | None = None,
         device: str = "cpu",
         fingerprint: str = "",
+        place: distributed.Place | None = None,
     ):
         """Build algorithm and logger.
 
@@ -66,19 +71,23 @@ class LiftLabRunner(OnPolicyRunner):
             log_dir: folder of the run; None writes nothing.
             device: device of the learner.
             fingerprint: tells whether a saved environment state is of this configuration.
+            place: this process's place among those of the running :func:`~lift_lab_rl.distributed.group`; None alone.
         """
         self.env = env
         self.cfg = train_cfg
         self.device = device
-        self.fingerprint = fingerprint
+        self.place = place if place is not None else distributed.Place()
+        self.fingerprint = fingerprint + (f"/{self.place.world_size}" if self.place.is_distributed else "")
         self.log_dir = None if log_dir is None else Path(log_dir)
         if torch.device(device).type == "cpu":
             use_one_torch_thread()
         self._configure_multi_gpu()
+        self._check_noise()
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
             self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
+        distributed.copy_from_main(self._shared_tensors())
         share = self.cfg.get("average_share", 0.0)
         self.average = PolicyAverage(self.alg.get_policy(), share) if share else None
         self.logger = RunLogger(
@@ -95,7 +104,28 @@ class LiftLabRunner(OnPolicyRunner):
         self.continues_exactly = False
         self._best: tuple[float, float] | None = None
         self._smoothed: dict[str, float] = {}
-        self._stop: int | None = None
+        self._stop: int | None = None  # signal on which all processes end after this iteration
+        self._signal: int | None = None  # signal that came to this process
+        self._signal_at = 0.0
+
+    def _configure_multi_gpu(self) -> None:
+        """Tell rsl_rl of the other processes."""
+        place = self.place
+        self.gpu_world_size, self.is_distributed = place.world_size, place.is_distributed
+        self.gpu_local_rank, self.gpu_global_rank = place.local_rank, place.rank
+        self.cfg["multi_gpu"] = None
+        if self.is_distributed:
+            self.cfg["multi_gpu"] = {
+                "global_rank": place.rank,
+                "local_rank": place.local_rank,
+                "world_size": place.world_size,
+            }
+
+    def _shared_tensors(self) -> list[torch.Tensor]:
+        """What is the same on every process: the networks' parameters and normalisation."""
+        alg: Any = self.alg
+        networks = [alg._raw_actor, alg._raw_critic, *([alg.rnd.predictor, alg.rnd.target] if alg.rnd else [])]
+        return [value for network in networks for value in network.state_dict().values()]
 
     # -- training
 
@@ -132,6 +162,9 @@ class LiftLabRunner(OnPolicyRunner):
         with self._signals(progress), shown:
             while self.current_learning_iteration < total and self._stop is None:
                 obs = self._iterate(obs, total, progress)
+                self._stop = distributed.stop_number(self._signal)
+                if self._stop is not None and self._signal is None:
+                    self._signal, self._signal_at = self._stop, time.monotonic()
                 done = self.current_learning_iteration
                 if on_iteration is not None:
                     on_iteration(done)
@@ -183,6 +216,15 @@ class LiftLabRunner(OnPolicyRunner):
             progress.show(report)
         return obs
 
+    def _check_noise(self) -> None:
+        """A deviation for each action has to be one for each of this environment's actions."""
+        given = self.cfg["actor"].get("distribution_cfg", {}).get("init_std")
+        if isinstance(given, torch.Tensor) and given.shape != (self.env.num_actions,):
+            raise ConfigError(
+                f"agent.policy.init_noise_std: {len(given)} values for {self.env.num_actions} actions; give one for "
+                "each, or a single one"
+            )
+
     def _anneal(self) -> None:
         """Set what changes as training goes on for the running iteration."""
         start, end = self.cfg["annealing"]["iterations"]
@@ -218,15 +260,20 @@ class LiftLabRunner(OnPolicyRunner):
     @contextlib.contextmanager
     def _signals(self, progress: Progress | None) -> Iterator[None]:
         """Turn the first Ctrl-C or SIGTERM into a clean end after the running iteration."""
-        self._stop = None
+        self._stop = self._signal = None
         if threading.current_thread() is not threading.main_thread():
             yield
             return
 
         def stop(number: int, _: FrameType | None) -> None:
-            if self._stop is not None:
+            if self._signal is not None:
+                # torchrun passes a signal on that the terminal has sent to every process already
+                if self.place.is_distributed and time.monotonic() < self._signal_at + REPEATED_S:
+                    return
                 raise KeyboardInterrupt
-            self._stop = number
+            self._signal, self._signal_at = number, time.monotonic()
+            if not self.place.is_main:
+                return
             text = f"{signal.Signals(number).name}: finishing this iteration, then saving (again to end at once)"
             if progress is not None:
                 progress.note(text)
@@ -251,6 +298,8 @@ class LiftLabRunner(OnPolicyRunner):
                 self._smoothed[name] = 0.8 * before + 0.2 * value
         if "reward" not in self._smoothed or report.iteration % BEST_EVERY or self.log_dir is None:
             return
+        if not self.place.is_main:
+            return
         # Success in steps of a hundredth: below that, reward decides.
         rank = (round(self._smoothed.get("success", 0.0), 2), self._smoothed["reward"])
         if self._best is None or rank > self._best:
@@ -266,17 +315,23 @@ class LiftLabRunner(OnPolicyRunner):
     # -- checkpoints
 
     def _save_checkpoint(self) -> None:
-        if self.log_dir is None or self.logger.disable_logs:
+        if self.log_dir is None:
             return
         done = self.current_learning_iteration
         # The state first: a model without its state is still a checkpoint, a state without its model is litter.
-        save_torch(self.log_dir / f"resume_state_{done}.pt", self.resume_state())
-        path = self.log_dir / f"model_{done}.pt"
-        self.save(str(path))
-        self.logger.save_model(str(path), done)
-        states = sorted(self.log_dir.glob("resume_state_*.pt"), key=_number_of)
+        save_torch(self.log_dir / self._state_name(done), self.resume_state())
+        distributed.check_equal(self._shared_tensors(), "the policy")
+        if self.place.is_main:
+            path = self.log_dir / f"model_{done}.pt"
+            self.save(str(path))
+            self.logger.save_model(str(path), done)
+        states = sorted(self.log_dir.glob(self._state_name("*")), key=_number_of)
         for old in states[: -max(1, self.cfg.get("keep_resume_states", 3))]:
             old.unlink()
+
+    def _state_name(self, iteration: int | str) -> str:
+        """File name of this process's state."""
+        return f"resume_state_{iteration}.pt" if self.place.is_main else f"rank{self.place.rank}_state_{iteration}.pt"
 
     def save(self, path: str, infos: dict | None = None) -> None:
         """Write networks, optimiser and counters, atomically.
@@ -348,7 +403,8 @@ class LiftLabRunner(OnPolicyRunner):
         """
         content = load_torch(path, map_location=self.device)
         content["actor_state_dict"] = content.get(AVERAGE, content.get("actor_state_dict"))
-        self._load_networks(path, content, {"actor": True, "critic": True}, strict=True)
+        parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
+        self._load_networks(path, content, parts, strict=True)
         return self._load_infos(content)
 
     def _load_networks(self, path: str, content: dict[str, Any], parts: dict | None, strict: bool) -> bool:
@@ -373,7 +429,7 @@ class LiftLabRunner(OnPolicyRunner):
         Returns:
             What was done, in words for the user.
         """
-        path = Path(checkpoint).with_name(f"resume_state_{self.current_learning_iteration}.pt")
+        path = Path(checkpoint).with_name(self._state_name(self.current_learning_iteration))
         if not path.is_file():
             return f"no {path.name} beside the checkpoint: starting fresh episodes"
         state = load_torch(path, map_location="cpu")
@@ -399,7 +455,7 @@ class LiftLabRunner(OnPolicyRunner):
 
     def _adopt_best(self, path: Path) -> None:
         """Copy the best policy of the run that is continued, if it had it by now."""
-        if self._best is None or self.log_dir is None or not path.is_file():
+        if self._best is None or self.log_dir is None or not self.place.is_main or not path.is_file():
             return
         if checkpoint_iteration(path) <= self.current_learning_iteration:
             write_atomically(self.log_dir / path.name, path.read_bytes())
