@@ -1,9 +1,11 @@
 """Measure how fast a task runs: physics alone, and the whole environment with random actions, in one run.
 
 python scripts/benchmark.py --task Lift-Cube-Franka --num_envs 1024 --steps 200 [--json FILE] [overrides]
+python scripts/benchmark.py --suite scale|startup|gpu [--sizes 64,1024] [--json FILE] [overrides]
 
 The engine is measured on a second copy of it that is given the environment's own states and controls before every step
-and takes the same physics steps, so that both see the same contacts, turn by turn in the same seconds.
+and takes the same physics steps, so that both see the same contacts, turn by turn in the same seconds. A suite runs
+this in a fresh process for each of its measurements (docs/performance.md).
 """
 
 from __future__ import annotations
@@ -12,10 +14,13 @@ import time
 
 START = time.perf_counter()
 
+import contextlib  # noqa: E402
+import gc  # noqa: E402
 import json  # noqa: E402
 import platform  # noqa: E402
 import resource  # noqa: E402
 import sys  # noqa: E402
+import warnings  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from lift_lab.app import AppLauncher, cli  # noqa: E402
@@ -23,48 +28,101 @@ from lift_lab.app import AppLauncher, cli  # noqa: E402
 WARM_UP = 5
 """Steps before the clock starts."""
 
+SUITES = ("scale", "startup", "gpu")
+
+SUITE_TASK = "Lift-Cube-Franka-CL"
+"""Task of a suite, unless --task names another."""
+
 
 def parse():
     parser = cli.Parser(__doc__)
-    parser.add_argument("--task", type=str, required=True, help="id of the task")
+    parser.add_argument("--task", type=str, default=None, help="id of the task")
+    parser.add_argument("--suite", choices=SUITES, default=None, help=f"a set of measurements (of {SUITE_TASK})")
     parser.add_argument("--num_envs", type=int, default=None, help="number of environments")
     parser.add_argument("--steps", type=int, default=200, help="environment steps to measure")
     parser.add_argument("--seed", type=int, default=42, help="seed of environment and actions")
     parser.add_argument("--num_threads", type=int, default=None, help="CPU threads (default: all)")
+    parser.add_argument(
+        "--memory_steps", type=int, default=None, help="steps, of all environments together, to watch memory for"
+    )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
+    suites = parser.add_argument_group("suites")
+    suites.add_argument("--sizes", type=sizes, default=None, help="numbers of environments, separated by commas")
+    suites.add_argument("--plot", type=Path, default=None, help="file for the plot of the suite 'scale'")
+    suites.add_argument("--train_seconds", type=int, default=300, help="longest training of the suite 'gpu'")
+    suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels anew, to time it")
     AppLauncher.add_app_launcher_args(parser)
     args, overrides = parser.parse()
-    for name in ("num_envs", "steps", "num_threads"):
+    for name in ("num_envs", "steps", "num_threads", "memory_steps", "train_seconds"):
         value = getattr(args, name)
         if value is not None and value < 1:
             parser.error(f"argument --{name}: expected a whole number of at least 1, got '{value}'")
+    if args.suite is None and args.task is None:
+        parser.error("the following arguments are required: --task (or --suite)")
     return args, overrides
+
+
+def sizes(text: str) -> list[int]:
+    """Whole numbers of at least 1."""
+    numbers = [int(part) for part in text.split(",")]
+    if min(numbers) < 1:
+        raise ValueError
+    return numbers
 
 
 def main() -> int:
     args, overrides = parse()
-    launcher = AppLauncher(args)
+    if args.suite is not None:
+        from benchmark_suites import run_suite
 
+        args.task = args.task or SUITE_TASK
+        run_suite(args, overrides)
+        return 0
+    launcher = AppLauncher(args)
+    result = measure_task(args, overrides)
+    launcher.app.close()
+    show(result)
+    if args.json is not None:
+        from lift_lab_rl.files import write_atomically
+
+        write_atomically(args.json, (json.dumps(result, indent=2) + "\n").encode())
+        print(f"written: {args.json}")
+    return 0
+
+
+def measure_task(args, overrides: list[str]) -> dict:
+    """Start the task and measure it; plain values by name."""
     import torch
 
     torch_s = time.perf_counter() - START
-    import lift_lab_tasks  # noqa: F401
-
-    tasks_s = time.perf_counter() - START - torch_s
     import gymnasium as gym
 
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab.envs import ManagerBasedEnv, ManagerBasedRLEnv
+    from lift_lab.scene import InteractiveScene
+    from lift_lab.sim import SimulationContext
     from lift_lab.sim.physics import make_physics
-    from lift_lab_rl.files import write_atomically
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs
     from lift_lab_tasks.utils.hydra import compose
 
+    packages_s = time.perf_counter() - START - torch_s
+    before = time.perf_counter()
     env_cfg, _ = compose(args.task, None, overrides)
     runs.apply_flags(env_cfg, None, args, args.task, overrides)
+    configured_s = time.perf_counter() - before
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
+    held = memory_bytes(env_cfg.sim.device)
+    parts: dict[str, float] = {}
     before = time.perf_counter()
-    env = gym.make(args.task, cfg=env_cfg)
+    with (
+        timed(parts, "scene_s", InteractiveScene, "__init__"),
+        timed(parts, "compile_and_engine_s", SimulationContext, "reset"),
+        timed(parts, "managers_s", ManagerBasedRLEnv, "load_managers"),
+        timed(parts, "startup_events_s", ManagerBasedEnv, "_apply_startup_events"),
+    ):
+        env = gym.make(args.task, cfg=env_cfg)
     inner = env.unwrapped
     made_s = time.perf_counter() - before
     before = time.perf_counter()
@@ -72,45 +130,51 @@ def main() -> int:
     reset_s = time.perf_counter() - before
     before = time.perf_counter()
     env.step(torch.zeros(inner.num_envs, inner.action_manager.total_action_dim, device=inner.device))
+    synchronise(inner.device)
     first_step_s = time.perf_counter() - before
+    ready_s = time.perf_counter() - START
+    used = memory_bytes(inner.device) - held
 
     physics = inner.sim.physics
-    alone = make_physics(
-        physics.model, inner.num_envs, inner.device, env_cfg.sim.physics, num_threads=env_cfg.sim.num_threads
-    )
-    env_s, physics_s = measure(env, physics, alone, args.steps, args.seed)
-    decimation, count = inner.cfg.decimation, inner.num_envs * args.steps
     result = {
         "task": args.task,
         "num_envs": inner.num_envs,
         "steps": args.steps,
-        "decimation": decimation,
+        "decimation": inner.cfg.decimation,
         "engine": physics.name,
         "device": inner.device,
         "machine": f"{platform.processor() or platform.machine()}, Python {platform.python_version()}",
-        "physics_steps_per_s": count * decimation / physics_s,
-        "env_steps_per_s": count / env_s,
-        "ratio": physics_s / env_s,
         "import_torch_s": torch_s,
-        "import_tasks_s": tasks_s,
+        "import_packages_s": packages_s,
+        "configure_s": configured_s,
         "make_env_s": made_s,
+        **parts,
         "first_reset_s": reset_s,
         "first_step_s": first_step_s,
+        "ready_s": ready_s,
+        "env_memory_bytes": used,
+    }
+    alone = make_physics(
+        physics.model, inner.num_envs, inner.device, env_cfg.sim.physics, num_threads=env_cfg.sim.num_threads
+    )
+    env_s, physics_s, captures = measure(env, physics, alone, args.steps, args.seed)
+    alone.close()
+    result |= {
+        "physics_steps_per_s": inner.num_envs * args.steps * inner.cfg.decimation / physics_s,
+        "env_steps_per_s": inner.num_envs * args.steps / env_s,
+        "ratio": physics_s / env_s,
+        "captures_while_measuring": captures,
         "peak_memory_mib": peak_memory_mib(),
     }
     if torch.device(inner.device).type == "cuda":
-        result["peak_gpu_memory_mib"] = torch.cuda.max_memory_allocated(inner.device) / 2**20
-    alone.close()
+        result["waits_in_steps"] = host_waits(env, args.seed)
+    if args.memory_steps is not None:
+        result["memory"] = watch_memory(env, args.memory_steps, args.seed)
     env.close()
-    launcher.app.close()
-    show(result)
-    if args.json is not None:
-        write_atomically(args.json, (json.dumps(result, indent=2) + "\n").encode())
-        print(f"written: {args.json}")
-    return 0
+    return result
 
 
-def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float]:
+def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float, int]:
     """Seconds that the environment and the engine alone took for ``steps`` environment steps each.
 
     Args:
@@ -119,26 +183,30 @@ def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float]:
         alone: another engine of the same model.
         steps: environment steps to measure.
         seed: seed of the random actions.
+
+    Returns:
+        Both times, and the number of graphs that were captured meanwhile, which should be none.
     """
     import torch
 
     inner = env.unwrapped
     generator = torch.Generator(device=inner.device).manual_seed(seed)
     shape = (inner.num_envs, inner.action_manager.total_action_dim)
-    cuda = torch.device(inner.device).type == "cuda"
 
     def now() -> float:
-        if cuda:
-            torch.cuda.synchronize(inner.device)
+        synchronise(inner.device)
         return time.perf_counter()
 
     names = [name for name in ("qpos", "qvel", "act", "mocap_pos", "mocap_quat") if physics.field(name).numel()]
     env_s = physics_s = 0.0
+    graphs: dict = {}
     # Episodes of all ages, as in training.
     inner.episode_length_buf = torch.randint(
         0, inner.max_episode_length, (inner.num_envs,), generator=generator, device=inner.device
     )
     for step in range(-WARM_UP, steps):
+        if step == 0:
+            graphs = captured(physics)
         actions = torch.randn(shape, generator=generator, device=inner.device)
         before_step = {name: physics.field(name).reshape(inner.num_envs, -1).clone() for name in names}
         start = now()
@@ -154,7 +222,100 @@ def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float]:
         if step >= 0:
             env_s += middle - start
             physics_s += end - begin
-    return env_s, physics_s
+    return env_s, physics_s, len(captured(physics).keys() - graphs.keys())
+
+
+def captured(physics) -> dict:
+    """The engine's graphs by their identity, kept alive so that no other takes it; none on the CPU's own engine."""
+    return {id(graph): graph for graph in getattr(physics, "_graphs", {}).values()}
+
+
+def host_waits(env, seed: int, steps: int = 20) -> dict[str, int]:
+    """Where the host waited for the GPU in some steps: file and line -> how often (CUDA only)."""
+    import torch
+
+    inner = env.unwrapped
+    generator = torch.Generator(device=inner.device).manual_seed(seed)
+    shape = (inner.num_envs, inner.action_manager.total_action_dim)
+    actions = [torch.randn(shape, generator=generator, device=inner.device) for _ in range(steps)]
+    found: dict[str, int] = {}
+    with warnings.catch_warnings(record=True) as caught, torch.inference_mode():
+        warnings.simplefilter("always")
+        torch.cuda.set_sync_debug_mode("warn")
+        for action in actions:
+            env.step(action)
+        torch.cuda.set_sync_debug_mode("default")
+    for warning in caught:
+        if "synchroniz" in str(warning.message):
+            place = "/".join(Path(warning.filename).parts[-2:]) + f":{warning.lineno}"
+            found[place] = found.get(place, 0) + 1
+    return found
+
+
+def watch_memory(env, env_steps: int, seed: int) -> dict:
+    """Memory of this process over many steps with random actions.
+
+    Returns:
+        ``samples``: pairs (environment steps so far, bytes); ``bytes_per_million_steps``: growth over the last four
+        fifths, where caches have filled.
+    """
+    import torch
+
+    inner = env.unwrapped
+    generator = torch.Generator(device=inner.device).manual_seed(seed)
+    shape = (inner.num_envs, inner.action_manager.total_action_dim)
+    count = max(20, -(-env_steps // inner.num_envs))
+    every = max(1, count // 100)
+    samples = []
+    with torch.inference_mode():
+        for step in range(1, count + 1):
+            env.step(torch.randn(shape, generator=generator, device=inner.device))
+            if step % every == 0:
+                gc.collect()
+                samples.append((step * inner.num_envs, memory_bytes(inner.device)))
+    late = samples[len(samples) // 5 :]
+    grown, steps = late[-1][1] - late[0][1], late[-1][0] - late[0][0]
+    return {"samples": samples, "bytes_per_million_steps": grown / max(1, steps) * 1e6}
+
+
+@contextlib.contextmanager
+def timed(parts: dict[str, float], name: str, owner: type, method: str):
+    """Add the seconds spent in a method to ``parts`` while the body runs."""
+    original = getattr(owner, method)
+
+    def call(*args, **kwargs):
+        before = time.perf_counter()
+        try:
+            return original(*args, **kwargs)
+        finally:
+            parts[name] = parts.get(name, 0.0) + time.perf_counter() - before
+
+    setattr(owner, method, call)
+    try:
+        yield
+    finally:
+        setattr(owner, method, original)
+
+
+def synchronise(device: str) -> None:
+    """Wait for a GPU."""
+    import torch
+
+    if torch.device(device).type == "cuda":
+        torch.cuda.synchronize(device)
+
+
+def memory_bytes(device: str) -> int:
+    """Memory in use now: of the GPU, or resident memory of this process."""
+    import torch
+
+    if torch.device(device).type == "cuda":
+        free, total = torch.cuda.mem_get_info(device)
+        return total - free
+    statm = Path("/proc/self/statm")
+    if statm.is_file():
+        return int(statm.read_text().split()[1]) * resource.getpagesize()
+    return int(peak_memory_mib() * 2**20)
 
 
 def peak_memory_mib() -> float:
@@ -174,6 +335,8 @@ def show(result: dict) -> None:
     for key, value in result.items():
         if isinstance(value, float):
             value = f"{value:,.0f}" if value >= 1000 else f"{value:.3f}"
+        elif key == "memory":
+            key, value = "memory growth", f"{value['bytes_per_million_steps']:,.0f} bytes per million steps"
         table.add_row(key, str(value))
     Console().print(table)
 
