@@ -12,8 +12,8 @@ import torch
 from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
 
-from ._camera import render_view
 from .common import VecEnvStepReturn
+from .filming import render_view
 from .manager_based_env import ManagerBasedEnv
 from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
 
@@ -28,7 +28,10 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     """
 
     is_vector_env: ClassVar[bool] = True
-    metadata: dict[str, Any] = {"render_modes": [None, "rgb_array"]}  # gymnasium's
+    metadata: dict[str, Any] = {  # gymnasium's
+        "render_modes": [None, "rgb_array"],
+        "autoreset_mode": gym.vector.AutoresetMode.SAME_STEP,
+    }
 
     cfg: ManagerBasedRLEnvCfg
 
@@ -44,6 +47,10 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     """Whether time ended it, shape (num_envs,)."""
     reward_buf: torch.Tensor
     """Reward of the last step, shape (num_envs,)."""
+    wants_final_obs: bool = False
+    """Whether a step in which episodes end puts their last observations into ``extras["final_obs"]``: like the
+    observations that it returns, but before the resets. Only the rows of environments whose episode ended mean
+    anything. Libraries' wrappers set it; it costs one more pass over the observation terms in such steps."""
 
     def __init__(self, cfg: ManagerBasedRLEnvCfg, render_mode: str | None = None, **kwargs: Any):
         """Build the environment.
@@ -75,10 +82,11 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.reset_time_outs = torch.zeros_like(self.reset_buf)
         self.reward_buf = torch.zeros(num_envs, device=device)
         self._failed: torch.Tensor | None = None
-        self._failure_counts = dict.fromkeys(("nonfinite", "overflow"), 0.0)
+        self._failure_counts: dict[str, Any] = dict.fromkeys(("nonfinite", "overflow"), 0.0)
 
     def load_managers(self) -> None:
         """Create the managers that need the running simulation, each after those that it reads."""
+        self.sim.physics.mends_failures = self.sim.physics.name == "warp"
         self.command_manager = CommandManager(self.cfg.commands, self)
         super().load_managers()
         self.termination_manager = TerminationManager(self.cfg.terminations, self)
@@ -159,7 +167,10 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self.recorder_manager.record_post_step()
 
         reset_env_ids = self.reset_buf.nonzero().squeeze(-1)
+        self.extras.pop("final_obs", None)
         if len(reset_env_ids) > 0:
+            if self.wants_final_obs:
+                self.extras["final_obs"] = self.observation_manager.preview()
             self.recorder_manager.record_pre_reset(reset_env_ids)
             self._reset_idx(reset_env_ids)
             self._refresh(reset_env_ids)
@@ -194,6 +205,12 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         """
         health = physics.health()
         failed = health.failed
+        if physics.mends_failures:
+            # The engine has done it within the step. No value is looked at, so that the host need not wait.
+            self._failed = failed if self._failed is None else self._failed | failed
+            for kind in self._failure_counts:
+                self._failure_counts[kind] = self._failure_counts[kind] + getattr(health, kind).sum()
+            return
         if not bool(failed.any()):
             return
         failed_ids = failed.nonzero().squeeze(-1)

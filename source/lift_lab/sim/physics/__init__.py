@@ -50,6 +50,8 @@ def make_physics(
         from .native import NativePhysics
 
         return NativePhysics(model, num_envs, device, num_threads=num_threads)
+    if kind == "warp" and model.nflex:
+        raise ConfigError("soft bodies are simulated by the native engine only; choose sim.device='cpu'")
     if kind == "warp":
         from .warp import WarpPhysics
 

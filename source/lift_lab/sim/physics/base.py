@@ -127,6 +127,9 @@ class Physics(ABC):
     """The compiled model all environments share, with MuJoCo's own automatic reset of bad states disabled."""
     num_envs: int
     device: torch.device
+    mends_failures: bool = False
+    """Whether step() itself puts failed environments into the model's default state before it makes the kinematics
+    current; health() reports them as ever. For a caller that must not wait for an answer; the warp engine can."""
 
     def __init__(self, model: mujoco.MjModel, num_envs: int, device: torch.device):
         if num_envs < 1:

@@ -78,6 +78,8 @@ class NativePhysics(Physics):
         self._mirrors: dict[str, _Mirror] = {}
         self._stage = Stage.POS
         self._logged_engine_error = False
+        # With soft bodies an inertia warning tells of a solve that ended a hair above its tolerance: no failure.
+        self._failing = [w for w in _NONFINITE_WARNINGS if not self.model.nflex or w != int(_WARN.mjWARN_INERTIA)]
         self._looked = True  # whether health() was asked since the last step
         self._nonfinite = np.zeros(num_envs, bool)
         self._overflow = np.zeros(num_envs, bool)
@@ -237,7 +239,7 @@ class NativePhysics(Physics):
         self._nonfinite |= ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
         raised = self._batch.warning[:, :, 1] > 1
         if raised.any():
-            self._nonfinite |= raised[:, _NONFINITE_WARNINGS].any(1)
+            self._nonfinite |= raised[:, self._failing].any(1)
             self._overflow |= raised[:, _OVERFLOW_WARNINGS].any(1)
             self._silence_warnings(slice(None))
 

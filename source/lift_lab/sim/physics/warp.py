@@ -1,8 +1,9 @@
 """Physics on CUDA (or, slowly, on the CPU): `mujoco_warp`, all environments in one set of float32 arrays.
 
-The only module that imports warp. Tensors are the engine's own arrays, shared without a copy. Each kind of call
-is one graph, on CUDA launched on torch's current stream; a graph is captured again when an array it refers to
-was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data`.
+Beside :mod:`.warp_kernels` the only module that imports warp. Tensors are the engine's own arrays, shared without a
+copy. Each kind of call is one graph, on CUDA launched on torch's current stream; a graph is captured again when an
+array it refers to was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data` and,
+once a field, :meth:`WarpPhysics.randomizable`.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from .base import (
     silence,
 )
 from .sizing import estimate_sizes
+from .warp_kernels import find_failures, keep_columns, say_when_compiling, zero_rows
 
 _LOG = logging.getLogger(__name__)
 
@@ -80,17 +82,6 @@ class _Plan(NamedTuple):
     sensors: bool = False
     collision: bool = False
     """Some sensor in use needs contacts at the new state."""
-
-
-@wp.kernel
-def _keep_columns(
-    keep: wp.array(dtype=bool),  # type: ignore[valid-type]
-    saved: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
-):
-    env, column = wp.tid()  # type: ignore[misc]
-    if keep[column]:
-        values[env, column] = saved[env, column]
 
 
 class WarpPhysics(Physics):
@@ -140,13 +131,14 @@ class WarpPhysics(Physics):
         with wp.ScopedDevice(self._wp_device):
             self._m, self._d = self._put(self.model)
             self._reset_mask = wp.zeros(num_envs, dtype=bool)
+            self._failed = wp.zeros(num_envs, dtype=bool)
+            latched = [wp.zeros(num_envs, dtype=bool) for _ in range(2)]
             self._sensor_saved = wp.empty_like(self._d.sensordata)
             stages = sensor_stages(self.model)
             self._force_sensors = wp.array([s == Stage.ACC for s in stages], dtype=bool)
         self._reset_mask_torch = wp.to_torch(self._reset_mask)
-        self._overflow_bits = wp.to_torch(self._d.overflow)
-        self._nonfinite = torch.zeros(num_envs, dtype=torch.bool, device=device)
-        self._overflow = torch.zeros_like(self._nonfinite)
+        self._latched = latched
+        self._nonfinite, self._overflow = (wp.to_torch(flags) for flags in latched)
         self._fields: dict[str, torch.Tensor] = {}
         self._stages: dict[str, Stage] = {}
         self._plan = _Plan()
@@ -156,7 +148,9 @@ class WarpPhysics(Physics):
         self._use_graphs = self._wp_device.is_cpu or wp.is_mempool_enabled(self._wp_device)
         self._model_of_env: mujoco.MjModel | None = None
         self._looked = True  # whether health() was asked since the last step
-        self._checked = [self._state_tensor(n) for n in ("qpos", "qvel", "act", "qacc_warmstart", "ctrl")]
+        self._checked = False  # whether the latched failures tell of the present state
+        self._constants_compiled = False
+        self._force_rows: dict[str, wp.array] = {}  # bound fields that a reset clears, one row per environment
         self._warm_up()
 
     # -- fields
@@ -167,6 +161,8 @@ class WarpPhysics(Physics):
             self._fields[name] = self._state_tensor(name)
             self._stages[name] = stage
             self._plan = self._make_plan()
+            if stage == Stage.ACC and self._fields[name].numel():
+                self._force_rows[name] = wp.from_torch(self._fields[name].view(self.num_envs, -1))
             if stage == Stage.ACC or (name == "sensordata" and Stage.ACC in sensor_stages(self.model)):
                 self.forward()
             elif stage != Stage.NONE:
@@ -181,6 +177,7 @@ class WarpPhysics(Physics):
         cols: slice | torch.Tensor | Sequence[int] | None = None,
     ) -> None:
         self._check_state_field(name)
+        self._checked = False
         target = self.field(name).view(self.num_envs, -1)
         rows = slice(None) if env_ids is None else ids_tensor(env_ids, self.device)
         columns = cols if isinstance(cols, slice) else slice(None) if cols is None else ids_tensor(cols, self.device)
@@ -201,30 +198,50 @@ class WarpPhysics(Physics):
         def substeps() -> None:
             for _ in range(num_substeps):
                 mjw.step(self._m, self._d)
+            self._failure_kernels()
+            if mends:
+                self._reset_kernels(self._failed)
             self._refresh_kernels()
 
-        self._looked = False
-        self._run(("step", num_substeps, self._plan), substeps)
+        mends = self.mends_failures
+        cleared = tuple(self._force_rows) if mends else ()
+        self._run(("step", num_substeps, self._plan, mends, cleared), substeps)
+        self._looked, self._checked = False, True
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._run(("refresh", self._plan), self._refresh_kernels)
+        self._checked = self._checked and not self._plan.collision
 
     def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._run("forward", lambda: mjw.forward(self._m, self._d))
+        self._checked = False
 
     def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         if not self._looked:
-            self._collect_failures()
+            self._check()
         if env_ids is None:
             self._reset_mask_torch.fill_(True)
         else:
             self._reset_mask_torch.fill_(False)
             self._reset_mask_torch[ids_tensor(env_ids, self.device)] = True
-        self._run("reset", lambda: mjw.reset_data(self._m, self._d, reset=self._reset_mask))
-        for name, tensor in self._fields.items():
-            if self._stages[name] == Stage.ACC:
-                mask = self._reset_mask_torch.view(-1, *[1] * (tensor.dim() - 1))
-                tensor.masked_fill_(mask, 0.0)
+        self._run(("reset", tuple(self._force_rows)), lambda: self._reset_kernels(self._reset_mask))
+        self._checked = False
+
+    def _reset_kernels(self, mask: wp.array) -> None:
+        """Default state, and no forces, where the mask is true."""
+        mjw.reset_data(self._m, self._d, reset=mask)
+        for rows in self._force_rows.values():
+            wp.launch(zero_rows, dim=rows.shape, inputs=[mask], outputs=[rows])
+
+    def _failure_kernels(self) -> None:
+        """Latch what the state shows and what the engine counted."""
+        d = self._d
+        wp.launch(
+            find_failures,
+            dim=self.num_envs,
+            inputs=[d.qpos, d.qvel, d.act, d.qacc_warmstart, d.ctrl, float(MAX_VALUE), _OVERFLOWS],
+            outputs=[d.overflow, self._failed, *self._latched],
+        )
 
     def _refresh_kernels(self) -> None:
         """Position-dependent fields, velocity-dependent ones if any is bound, and sensors of these stages."""
@@ -245,7 +262,7 @@ class WarpPhysics(Physics):
             if plan.velocity == "all":
                 mjw.sensor_vel(m, d)
             wp.launch(
-                _keep_columns,
+                keep_columns,
                 dim=d.sensordata.shape,
                 inputs=[self._force_sensors, self._sensor_saved],
                 outputs=[d.sensordata],
@@ -273,8 +290,13 @@ class WarpPhysics(Physics):
         for name in _DERIVED_CONSTANTS:
             if getattr(self._m, name).size:
                 self._expand(name)
-        with self._on_torch_stream():
-            mjw.set_const(self._m, self._d)
+        # hundreds of small kernels: a graph, once they are compiled
+        if self._constants_compiled:
+            self._run("constants", lambda: mjw.set_const(self._m, self._d))
+        else:
+            with self._on_torch_stream(), say_when_compiling(self._wp_device):
+                mjw.set_const(self._m, self._d)
+            self._constants_compiled = True
 
     def _expand(self, name: str) -> torch.Tensor:
         """Give a model field one row per environment; every captured graph still refers to the shared one."""
@@ -295,12 +317,11 @@ class WarpPhysics(Physics):
     # -- health and inspection
 
     def health(self) -> Health:
-        self._collect_failures()
-        self._looked = True
+        self._check()
+        self._looked, self._checked = True, False  # what is still bad counts again
         report = Health(self._nonfinite.clone(), self._overflow.clone())
         self._nonfinite.zero_()
         self._overflow.zero_()
-        self._overflow_bits.zero_()
         return report
 
     def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
@@ -338,25 +359,23 @@ class WarpPhysics(Physics):
 
     def _warm_up(self) -> None:
         """Run every kernel once, so that compiling happens here and not inside a step or a capture."""
-        cache = wp.config.kernel_cache_dir
-        _LOG.info("loading MuJoCo-Warp kernels; new ones take about a minute and stay cached in %s", cache)
         start = time.monotonic()
-        with self._on_torch_stream():
-            mjw.step(self._m, self._d)
-        self.reset()
-        self.refresh()
-        self.health()
+        with say_when_compiling(self._wp_device):
+            with self._on_torch_stream():
+                mjw.step(self._m, self._d)
+            self.reset()
+            self.refresh()
+            self.health()
         _LOG.info("MuJoCo-Warp kernels loaded in %.1f s", time.monotonic() - start)
 
     def _state_tensor(self, name: str) -> torch.Tensor:
         return _shared_tensor(getattr(self._d, name), (self.num_envs, *self._shape(name)), self.device)
 
-    def _collect_failures(self) -> None:
-        """Latch what the state shows and what the engine counted, all on the device."""
-        for tensor in self._checked:
-            # one comparison finds NaN, infinity and huge values alike
-            self._nonfinite |= ~(tensor.abs() <= MAX_VALUE).all(1)
-        self._overflow |= (self._overflow_bits & _OVERFLOWS) != 0
+    def _check(self) -> None:
+        """Latch failures, unless that was done since anything changed; all on the device."""
+        if not self._checked:
+            self._run("check", self._failure_kernels)
+            self._checked = True
 
     @contextmanager
     def _on_torch_stream(self) -> Iterator[None]:
@@ -383,7 +402,7 @@ class WarpPhysics(Physics):
         collecting = gc.isenabled()
         gc.disable()  # freeing an old graph would be recorded into the new one
         try:
-            with wp.ScopedDevice(self._wp_device), wp.ScopedCapture() as capture:
+            with say_when_compiling(self._wp_device), wp.ScopedDevice(self._wp_device), wp.ScopedCapture() as capture:
                 kernels()
         finally:
             if collecting:

@@ -1,0 +1,112 @@
+"""Small warp kernels beside the engine's own, and a word to the user while kernels compile."""
+
+# Kernels are in warp's language, whose types a checker of Python takes for others.
+# pyright: reportArgumentType=false, reportOperatorIssue=false
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import warp as wp
+
+_LOG = logging.getLogger(__name__)
+
+
+@wp.kernel
+def keep_columns(
+    keep: wp.array(dtype=bool),  # type: ignore[valid-type]
+    saved: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
+):
+    """Put saved values back in some columns."""
+    env, column = wp.tid()  # type: ignore[misc]
+    if keep[column]:
+        values[env, column] = saved[env, column]
+
+
+@wp.kernel
+def zero_rows(
+    mask: wp.array(dtype=bool),  # type: ignore[valid-type]
+    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
+):
+    """Zero the rows of some environments."""
+    env, column = wp.tid()  # type: ignore[misc]
+    if mask[env]:
+        values[env, column] = 0.0
+
+
+@wp.func
+def _is_bad(values: wp.array2d(dtype=float), env: int, limit: float):  # type: ignore[valid-type]
+    bad = bool(False)  # noqa: UP018 - a literal would be a constant to warp, which a loop must not change
+    for column in range(values.shape[1]):
+        # one comparison finds NaN, infinity and huge values alike
+        if not (wp.abs(values[env, column]) <= limit):
+            bad = True
+    return bad
+
+
+@wp.kernel
+def find_failures(
+    qpos: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    qvel: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    act: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    warmstart: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    ctrl: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    limit: float,
+    overflow_mask: int,
+    overflow_bits: wp.array(dtype=int),  # type: ignore[valid-type]
+    failed: wp.array(dtype=bool),  # type: ignore[valid-type]
+    nonfinite: wp.array(dtype=bool),  # type: ignore[valid-type]
+    overflow: wp.array(dtype=bool),  # type: ignore[valid-type]
+):
+    """Which environments are in a bad state or had an overflow: `failed` for now, the others latched.
+
+    The engine's overflow bits are taken, that is, cleared.
+    """
+    env = wp.tid()
+    bad = _is_bad(qpos, env, limit) or _is_bad(qvel, env, limit) or _is_bad(act, env, limit)
+    bad = bad or _is_bad(warmstart, env, limit) or _is_bad(ctrl, env, limit)
+    full = (overflow_bits[env] & overflow_mask) != 0
+    overflow_bits[env] = 0
+    failed[env] = bad or full
+    if bad:
+        nonfinite[env] = True
+    if full:
+        overflow[env] = True
+
+
+class _CompileWatcher:
+    """A logger for warp that passes warnings on and tells of the first kernel that was not in the cache."""
+
+    def __init__(self, device: wp.Device, passed_on: Any):
+        self._device, self._passed_on, self._told = device, passed_on, False
+
+    def info(self, message: str) -> None:
+        if "(compiled)" in message and not self._told:
+            self._told = True
+            cache = wp.config.kernel_cache_dir
+            _LOG.warning("compiling MuJoCo-Warp kernels for %s: minutes, once; kept in %s", self._device, cache)
+
+    def debug(self, message: str) -> None:
+        """Not shown."""
+
+    def warning(self, message: str, category: Any = None, stacklevel: int = 1) -> None:
+        self._passed_on.warning(message, category, stacklevel)
+
+    def error(self, message: str) -> None:
+        self._passed_on.error(message)
+
+
+@contextmanager
+def say_when_compiling(device: wp.Device) -> Iterator[None]:
+    """Log one line as soon as a kernel had to be compiled: a first run is otherwise silent for minutes."""
+    level = wp.config.log_level
+    with wp.ScopedLogger(_CompileWatcher(device, wp.get_logger())):
+        wp.config.log_level = wp.LOG_INFO
+        try:
+            yield
+        finally:
+            wp.config.log_level = level
