@@ -23,7 +23,7 @@ import numpy as np
 import panda_description as panda
 import usd_authoring as author
 from panda_description import Box, Contact, Link
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 ASSETS_DIR = Path(__file__).resolve().parents[2] / "assets" / "usd"
 VISUALS_FILE = "franka_panda_visuals.usdc"
@@ -45,6 +45,14 @@ CUBE_FACES = {
     "z_neg": ((0, 0, -1), (0.75, 0.75, 0.75)),
 }
 """Outward direction and linear RGB of each face."""
+
+SOFT_CUBE_MASS = 0.1
+"""kg."""
+SOFT_CUBE_MATERIAL = {"youngsModulus": 5e4, "poissonsRatio": 0.3, "elasticityDamping": 0.005, "dynamicFriction": 1.0}
+"""About as stiff as very soft silicone rubber: Pa, -, s, -. Rubber keeps its volume (0.49); MuJoCo's solver does not
+converge there."""
+SOFT_CUBE_COLOR = (0.85, 0.10, 0.35)
+"""Linear RGB."""
 
 TABLE_SIZE = (1.4, 1.4)
 """Table top along x and y, m. The lift task puts the table's middle 0.5 m in front of the robot: the top
@@ -204,6 +212,25 @@ def author_cube(layer: Sdf.Layer) -> None:
     author.make_collider(shape, panda.PAD_CONTACT, material)
 
 
+def author_soft_cube(layer: Sdf.Layer) -> None:
+    """`soft_cube.usda`: the cube as a PhysX deformable body."""
+    doc = f"A soft cube of edge {CUBE_EDGE} m and {SOFT_CUBE_MASS} kg. {BUILT}"
+    stage, _ = author.start_stage(layer, "SoftCube", doc)
+    material = author.define_material(stage, "/SoftCube/materials/rubber", panda.PAD_CONTACT)
+    UsdGeom.Scope.Define(stage, "/SoftCube/materials")
+    material.GetPrim().AddAppliedSchema("PhysxDeformableBodyMaterialAPI")
+    for name, value in SOFT_CUBE_MATERIAL.items():
+        author.attribute(material.GetPrim(), f"physxDeformableBodyMaterial:{name}", "float", value)
+    mesh = author.define_box_mesh(stage, "/SoftCube/mesh", (CUBE_EDGE,) * 3, SOFT_CUBE_COLOR)
+    prim = mesh.GetPrim()
+    prim.AddAppliedSchema("PhysxDeformableBodyAPI")
+    UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(SOFT_CUBE_MASS)
+    author.attribute(prim, "mjc:condim", "int", panda.PAD_CONTACT.condim)
+    author.attribute(prim, "mjc:solref", "double[]", list(panda.PAD_CONTACT.solref))
+    author.attribute(prim, "mjc:solimp", "double[]", list(panda.PAD_CONTACT.solimp))
+    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, materialPurpose="physics")
+
+
 def author_table(layer: Sdf.Layer) -> None:
     """`table.usda`: a static table; its origin is the middle of its top."""
     stage, _ = author.start_stage(
@@ -306,6 +333,7 @@ def author_cabinet(layer: Sdf.Layer) -> None:
 AUTHORS: dict[str, tuple[Callable[[Sdf.Layer], None], ...]] = {
     "franka_panda.usda": (author_panda, author_panda_visuals),
     "cube.usda": (author_cube,),
+    "soft_cube.usda": (author_soft_cube,),
     "table.usda": (author_table,),
     "cartpole.usda": (author_cartpole,),
     "cabinet.usda": (author_cabinet,),

@@ -245,6 +245,19 @@ def define_box(stage: Usd.Stage, path: str, box: Box, color: Sequence[float] | N
     return shape
 
 
+def define_box_mesh(stage: Usd.Stage, path: str, size: Sequence[float], color: Sequence[float]) -> UsdGeom.Mesh:
+    """A box about its own origin as a mesh of eight points and six faces, counter-clockwise seen from outside."""
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    corners = [np.array([x, y, z]) * size for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    mesh.CreatePointsAttr([Gf.Vec3f(*corner.tolist()) for corner in corners])
+    mesh.CreateExtentAttr([Gf.Vec3f(*corners[0].tolist()), Gf.Vec3f(*corners[-1].tolist())])
+    mesh.CreateFaceVertexCountsAttr([4] * 6)
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3])
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateDisplayColorAttr([Gf.Vec3f(*color)])
+    return mesh
+
+
 def define_capsule(stage: Usd.Stage, path: str, capsule: Capsule) -> UsdGeom.Capsule:
     """A capsule shape; USD's height, like ours, leaves the caps out."""
     shape = UsdGeom.Capsule.Define(stage, path)

@@ -61,6 +61,7 @@ class InteractiveScene:
         self._origins = grid_origins(cfg.num_envs, cfg.env_spacing, self.device)
         self._articulations: dict[str, Articulation] = {}
         self._rigid_objects: dict[str, RigidObject] = {}
+        self._deformable_objects: dict[str, DeformableObject] = {}
         self._statics: dict[str, AssetBase] = {}
         self._sensors: dict[str, SensorBase] = {}
         self._terrain: TerrainImporterCfg | None = None
@@ -89,6 +90,8 @@ class InteractiveScene:
                 self._articulations[name] = asset
             elif isinstance(asset, RigidObject):
                 self._rigid_objects[name] = asset
+            elif isinstance(asset, DeformableObject):
+                self._deformable_objects[name] = asset
             else:
                 self._statics[name] = asset
         for name, cfg in entities:
@@ -98,8 +101,8 @@ class InteractiveScene:
                 self._sensors[name] = sensor
 
     @property
-    def _movables(self) -> dict[str, Articulation | RigidObject]:
-        return {**self._articulations, **self._rigid_objects}
+    def _movables(self) -> dict[str, Articulation | RigidObject | DeformableObject]:
+        return {**self._articulations, **self._rigid_objects, **self._deformable_objects}
 
     @property
     def _prim_paths(self) -> dict[str, str]:
@@ -153,8 +156,8 @@ class InteractiveScene:
 
     @property
     def deformable_objects(self) -> dict[str, DeformableObject]:
-        """Always empty: deformable objects are not simulated."""
-        return {}
+        """Deformable objects by name."""
+        return self._deformable_objects
 
     @property
     def sensors(self) -> dict[str, SensorBase]:
@@ -181,7 +184,7 @@ class InteractiveScene:
     def keys(self) -> list[str]:
         """Names of all entities."""
         terrain = ["terrain"] if self._terrain is not None else []
-        return [*terrain, *self._articulations, *self._rigid_objects, *self._sensors, *self._statics]
+        return [*terrain, *self._movables, *self._sensors, *self._statics]
 
     def __contains__(self, key: str) -> bool:
         return key in self.keys()
@@ -192,7 +195,7 @@ class InteractiveScene:
         Raises:
             NotFoundError: there is none.
         """
-        for group in (self._articulations, self._rigid_objects, self._sensors, self._statics):
+        for group in (self._movables, self._sensors, self._statics):
             if key in group:
                 return group[key]
         if key == "terrain" and self._terrain is not None:
@@ -228,12 +231,12 @@ class InteractiveScene:
     # -- state
 
     def get_state(self, is_relative: bool = False) -> State:
-        """State of all assets, as Isaac Lab's: kind -> name -> ``root_pose``, ``root_velocity``, joints.
+        """State of all assets, as Isaac Lab's: kind -> name -> ``root_pose``, ``root_velocity``, joints or nodes.
 
         Args:
             is_relative: whether positions are relative to the environments' origins.
         """
-        state: State = {"articulation": {}, "rigid_object": {}}
+        state: State = {"articulation": {}, "deformable_object": {}, "rigid_object": {}}
         for kind, group in (("articulation", self._articulations), ("rigid_object", self._rigid_objects)):
             for name, asset in group.items():
                 pose = asset.data.root_pose_w.clone()
@@ -244,6 +247,12 @@ class InteractiveScene:
                     entry["joint_position"] = asset.data.joint_pos.clone()
                     entry["joint_velocity"] = asset.data.joint_vel.clone()
                 state[kind][name] = entry
+        for name, asset in self._deformable_objects.items():
+            position = asset.data.nodal_pos_w.clone()
+            if is_relative:
+                position -= self._origins[:, None]
+            entry = {"nodal_position": position, "nodal_velocity": asset.data.nodal_vel_w.clone()}
+            state["deformable_object"][name] = entry
         return state
 
     @property
@@ -261,6 +270,11 @@ class InteractiveScene:
         for group in state.values():
             for name, entry in group.items():
                 asset = self[name]
+                if isinstance(asset, DeformableObject):
+                    origins = self._origins[ids, None] if is_relative else 0.0
+                    asset.write_nodal_pos_to_sim(entry["nodal_position"] + origins, ids)
+                    asset.write_nodal_velocity_to_sim(entry["nodal_velocity"], ids)
+                    continue
                 pose = entry["root_pose"].clone()
                 if is_relative:
                     pose[:, :3] += self._origins[ids]

@@ -63,8 +63,9 @@ class RenderCfg:
 class MujocoCfg:
     """MuJoCo's own options (``mjOption``). A None keeps MuJoCo's default."""
 
-    integrator: Literal["Euler", "RK4", "implicit", "implicitfast"] = "implicitfast"
-    """Integrator. ``implicitfast`` treats actuator and joint damping implicitly, as PhysX drives are."""
+    integrator: Literal["Euler", "RK4", "implicit", "implicitfast", "discrete"] = "implicitfast"
+    """Integrator. ``implicitfast`` treats actuator and joint damping implicitly, as PhysX drives are; ``discrete``
+    treats stiffness so too, and deformable objects need it."""
     cone: Literal["pyramidal", "elliptic"] = "pyramidal"
     """Friction cone."""
     impratio: float = 1.0

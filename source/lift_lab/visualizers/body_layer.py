@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from .meshes import body_meshes, planes
+from .soft_layer import SoftLayer
 
 if TYPE_CHECKING:
     import viser
@@ -40,6 +41,7 @@ class BodyLayer:
             if not body.is_static:
                 self._handles.append(handle)
                 self._body_ids.append(body.body_id)
+        self._soft = SoftLayer(server, physics, self._origins_w)
         for i, plane in enumerate(planes(physics.model)):
             server.scene.add_grid(
                 f"/planes/{i}",
@@ -69,6 +71,7 @@ class BodyLayer:
             for handle, (position, quat) in zip(self._handles, self._poses(self._body_ids), strict=True):
                 handle.batched_positions = position
                 handle.batched_wxyzs = quat
+            self._soft.update()
 
     def _poses(self, body_ids: list[int]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Positions in the world and orientations of some bodies, each of shape (num_envs, 3) and (num_envs, 4)."""

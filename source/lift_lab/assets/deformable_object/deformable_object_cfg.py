@@ -1,4 +1,4 @@
-"""Config of a deformable object (data only)."""
+"""Config of a deformable object."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ from .deformable_object import DeformableObject
 
 @configclass
 class DeformableObjectCfg(AssetBaseCfg):
-    """A deformable object: accepted as data; building a scene with one raises."""
+    """A single soft body. Its scene needs ``sim.mujoco.integrator="discrete"``."""
 
     class_type: type = DeformableObject

@@ -6,6 +6,7 @@ import itertools
 
 import mujoco
 
+from lift_lab.usd.filters import SELF_COLLISION
 from lift_lab.utils.errors import ConfigError
 
 from ..ignored import note_ignored_fields
@@ -60,14 +61,17 @@ def _roots(spec: mujoco.MjSpec) -> list[mujoco.MjsBody]:
 
 
 def _set_self_collisions(spec: mujoco.MjSpec, enabled: bool) -> None:
+    """Let links collide with each other, or not; bodies that a joint or a filter keeps apart stay apart."""
     names = {body.name for body in _bodies(spec)}
     for exclude in list(spec.excludes):
-        if exclude.bodyname1 in names and exclude.bodyname2 in names:
+        if exclude.name.startswith(SELF_COLLISION):
             spec.delete(exclude)
     if enabled:
         return
+    apart = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     for body1, body2 in itertools.combinations(sorted(names), 2):
-        spec.add_exclude(bodyname1=body1, bodyname2=body2)
+        if frozenset((body1, body2)) not in apart:
+            spec.add_exclude(name=f"{SELF_COLLISION}{body1}:{body2}", bodyname1=body1, bodyname2=body2)
 
 
 def _set_fixed(spec: mujoco.MjSpec, fixed: bool) -> None:
@@ -94,12 +98,15 @@ def _set_mass(spec: mujoco.MjSpec, cfg: cfgs.MassPropertiesCfg, path: str) -> No
     value = cfg.mass if cfg.mass is not None else cfg.density
     if not value or value < 0:
         raise ConfigError(f"{path}: mass and density must be positive, got {value}")
+    blank = mujoco.MjSpec().worldbody.add_body()
     for body in _bodies(spec):
         colliders = [g for g in body.geoms if g.contype or g.conaffinity]
         if cfg.mass is None:
             if not colliders:
                 continue
-            body.explicitinertial = False
+            # a mass that stays behind would count as explicit: put back everything as it is in a new body
+            for field in ("mass", "inertia", "ipos", "iquat", "fullinertia", "explicitinertial"):
+                setattr(body, field, getattr(blank, field))
             for geom in body.geoms:
                 geom.mass = float("nan")
                 geom.density = cfg.density if geom in colliders else 0.0

@@ -110,7 +110,8 @@ class SpatialTendonPropertiesCfg:
 
 @configclass
 class DeformableBodyPropertiesCfg:
-    """Properties of PhysX deformable bodies: accepted as data."""
+    """Makes a body deformable. What it says of PhysX's mesh and solver has no effect: see
+    :mod:`lift_lab.usd.deformable`."""
 
     deformable_enabled: bool | None = None
     kinematic_enabled: bool = False

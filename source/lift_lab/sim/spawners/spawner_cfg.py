@@ -53,7 +53,7 @@ class RigidObjectSpawnerCfg(SpawnerCfg):
 
 @configclass
 class DeformableObjectSpawnerCfg(SpawnerCfg):
-    """A spawner of deformable bodies. Data only: see :class:`lift_lab.assets.DeformableObject`."""
+    """A spawner of deformable bodies, for :class:`lift_lab.assets.DeformableObjectCfg`."""
 
     mass_props: schemas.MassPropertiesCfg | None = None
     deformable_props: schemas.DeformableBodyPropertiesCfg | None = None

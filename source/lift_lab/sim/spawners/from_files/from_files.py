@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import mujoco
 
 from lift_lab import usd
 from lift_lab.utils.assets import resolve_usd_path
+from lift_lab.utils.errors import ConfigError
 
 from ...ignored import note_ignored
 from ..appearance import apply_appearance
 from ..spawner_cfg import Spawned
 
 if TYPE_CHECKING:
-    from .from_files_cfg import GroundPlaneCfg, UsdFileCfg
+    from .from_files_cfg import GroundPlaneCfg, MjcfFileCfg, UrdfFileCfg, UsdFileCfg
 
 
 def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
@@ -62,3 +63,21 @@ def spawn_ground_plane(prim_path: str, cfg: GroundPlaneCfg) -> Spawned:
         friction=[cfg.physics_material.dynamic_friction, 0.005, 0.0001],
     )
     return Spawned(spec)
+
+
+def spawn_from_urdf(prim_path: str, cfg: UrdfFileCfg) -> NoReturn:
+    """Isaac Lab's spawner of URDF files.
+
+    Raises:
+        ConfigError: always.
+    """
+    raise ConfigError(f"'{prim_path}': URDF files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg")
+
+
+def spawn_from_mjcf(prim_path: str, cfg: MjcfFileCfg) -> NoReturn:
+    """Isaac Lab's spawner of MJCF files.
+
+    Raises:
+        ConfigError: always.
+    """
+    raise ConfigError(f"'{prim_path}': MJCF files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
+from typing import Any
 
 from lift_lab.utils import configclass
 
 from ... import schemas
 from .. import materials
 from ..spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, SpawnerCfg
-from .from_files import spawn_from_usd, spawn_ground_plane
+from .from_files import spawn_from_mjcf, spawn_from_urdf, spawn_from_usd, spawn_ground_plane
 
 
 @configclass
@@ -51,3 +52,42 @@ class GroundPlaneCfg(SpawnerCfg):
     size: tuple[float, float] = (100.0, 100.0)
     """Size drawn in m. The plane collides without end."""
     physics_material: materials.RigidBodyMaterialCfg = materials.RigidBodyMaterialCfg()
+
+
+@configclass
+class UrdfFileCfg(FileCfg):
+    """A URDF file (data only): spawning one raises."""
+
+    func: Callable = spawn_from_urdf
+    asset_path: str = MISSING
+    usd_dir: str | None = None
+    usd_file_name: str | None = None
+    force_usd_conversion: bool = False
+    make_instanceable: bool = True
+    fix_base: bool = MISSING
+    root_link_name: str | None = None
+    link_density: float = 0.0
+    merge_fixed_joints: bool = True
+    convert_mimic_joints_to_normal_joints: bool = False
+    joint_drive: Any = None
+    collision_from_visuals: bool = False
+    collider_type: str = "convex_hull"
+    self_collision: bool = False
+    replace_cylinders_with_capsules: bool = False
+
+
+@configclass
+class MjcfFileCfg(FileCfg):
+    """An MJCF file (data only): spawning one raises."""
+
+    func: Callable = spawn_from_mjcf
+    asset_path: str = MISSING
+    usd_dir: str | None = None
+    usd_file_name: str | None = None
+    force_usd_conversion: bool = False
+    make_instanceable: bool = True
+    link_density: float = 0.0
+    import_inertia_tensor: bool = True
+    fix_base: bool = MISSING
+    import_sites: bool = True
+    self_collision: bool = False

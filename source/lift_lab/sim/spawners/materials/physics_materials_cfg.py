@@ -30,11 +30,19 @@ class RigidBodyMaterialCfg(PhysicsMaterialCfg):
 
 @configclass
 class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
-    """Material of deformable bodies: data only."""
+    """Material of deformable bodies.
+
+    MuJoCo integrates bodies of some 10 to 100 kPa well; at the default stiffness, which is Isaac Lab's, its solver does
+    not converge and the environment is reported as failed.
+    """
 
     density: float | None = None
+    """Density in kg/m^3; None for that of water."""
     dynamic_friction: float = 0.25
     youngs_modulus: float = 50000000.0
+    """Young's modulus in Pa."""
     poissons_ratio: float = 0.45
     elasticity_damping: float = 0.005
+    """Damping over stiffness in s."""
     damping_scale: float = 1.0
+    """PhysX's factor on the damping. Has no effect here."""
