@@ -31,6 +31,9 @@ _PACKAGED = _ROOT / "lift_lab_assets" / "usd"
 ASSETS_USD_DIR: Path = _PACKAGED if _PACKAGED.is_dir() else _ROOT.parent / "assets" / "usd"
 """Folder of the USD files that ship: in the installed package, else in the checkout."""
 
+PRETRAINED_DIR: Path = ASSETS_USD_DIR.parent / "pretrained"
+"""Folder of the policies that ship, a folder for each task."""
+
 NUCLEUS_ASSETS: dict[str, str] = {
     "panda_instanceable.usd": "franka_panda.usda",
     "dex_cube_instanceable.usd": "cube.usda",

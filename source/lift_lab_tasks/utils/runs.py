@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from lift_lab.utils import class_to_dict
-from lift_lab.utils.errors import FileError, suggest
+from lift_lab.utils.assets import PRETRAINED_DIR
+from lift_lab.utils.errors import ConfigError, FileError, suggest
 
 from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
 
@@ -23,6 +24,9 @@ CHECKPOINT = r"model_\d+\.pt"
 
 BEST = "model_best.pt"
 """The file of the best policy of a run."""
+
+PRETRAINED = "pretrained"
+"""What a user calls the policy that ships for a task."""
 
 _NO_MATTER = {
     "agent": {
@@ -53,18 +57,55 @@ def new_run_dir(agent_cfg: Any) -> Path:
     return folder
 
 
-def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None) -> Path:
+def pretrained_name(task: str) -> str:
+    """Under which name the policy of a task ships: a task and its ``-Play`` form share one."""
+    return task.rpartition(":")[2].removesuffix("-Play")
+
+
+def pretrained_tasks() -> list[str]:
+    """Tasks for which a policy ships."""
+    return sorted(path.parent.name for path in PRETRAINED_DIR.glob("*/policy.pt"))
+
+
+def find_pretrained(task: str) -> Path:
+    """The policy that ships for a task.
+
+    Raises:
+        FileError: there is none; names the tasks that have one.
+    """
+    name = pretrained_name(task)
+    path = PRETRAINED_DIR / name / "policy.pt"
+    if not path.is_file():
+        have = ", ".join(pretrained_tasks()) or "none"
+        raise FileError(f"no pretrained policy for '{name}'; tasks that have one: {have}")
+    return path
+
+
+def output_dir(agent_cfg: Any, checkpoint: Path) -> Path:
+    """Where to write what belongs to a checkpoint: beside it, or with the runs for a policy that ships."""
+    if checkpoint.is_relative_to(PRETRAINED_DIR):
+        return experiment_dir(agent_cfg) / PRETRAINED
+    return checkpoint.parent
+
+
+def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None, task: str | None = None) -> Path:
     """The checkpoint that a user means.
 
     Args:
         agent_cfg: agent configuration, for the experiment's folder.
-        wanted: path of a file or of a run's folder, ``latest`` (or None), ``best``, or a regular expression of file
-            names.
+        wanted: path of a file or of a run's folder, ``latest`` (or None), ``best``, ``pretrained``, or a regular
+            expression of file names.
         run: regular expression of the run's folder name; None for all.
+        task: id of the task whose pretrained policy will do; None if none will, because training is to go on.
 
     Raises:
         FileError: there is none; names the nearest.
+        ConfigError: a pretrained policy where none will do.
     """
+    if wanted == PRETRAINED:
+        if task is None:
+            raise ConfigError("a pretrained policy can be played and evaluated; it holds nothing to train on from")
+        return find_pretrained(task)
     folder = experiment_dir(agent_cfg)
     run = run or ".*"
     if wanted in (None, "", "latest"):
