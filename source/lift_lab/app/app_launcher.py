@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
 from typing import Any
 
@@ -54,6 +55,7 @@ class AppLauncher:
         given |= kwargs
         self.app = App()
         self.device: str = given.get("device") or "auto"
+        self.local_rank, self.global_rank = int(os.environ.get("LOCAL_RANK", 0)), int(os.environ.get("RANK", 0))
         if given.get("verbose") or given.get("info"):
             level = logging.DEBUG if given.get("verbose") else logging.INFO
             logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")

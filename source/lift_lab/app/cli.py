@@ -32,9 +32,12 @@ class Parser(argparse.ArgumentParser):
         first = (description or "").strip().partition("\n\n")[0]
         super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
         self.takes_overrides = overrides
+        if overrides:
+            text = "run once for each combination of the values that overrides list, as gamma=0.98,0.99"
+            self.add_argument("-m", "--multirun", action="store_true", help=text)
 
     def parse(self, argv: Sequence[str] | None = None) -> tuple[argparse.Namespace, list[str]]:
-        """Flags and overrides.
+        """Flags and overrides. With ``--multirun``, the script is run once for each combination, and this one exits.
 
         Args:
             argv: arguments; None for the process's.
@@ -48,6 +51,10 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown flag '{flags[0]}'; {self._nearest_flag(flags[0])}")
         if rest and not self.takes_overrides:
             self.error(f"unexpected argument '{rest[0]}'")
+        if self.takes_overrides and args.multirun:
+            from .multirun import run_each
+
+            raise SystemExit(run_each([sys.argv[0], *(sys.argv[1:] if argv is None else argv)], rest))
         return args, rest
 
     def error(self, message: str) -> None:  # type: ignore[override]

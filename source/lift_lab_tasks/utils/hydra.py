@@ -6,6 +6,8 @@ preset that the task was registered with::
 
     kwargs={..., "presets": {"env.curriculum": {"step": "module:StepCfg", "linear": "module:LinearCfg"}}}
 
+An override that lists several values is a sweep, see :mod:`lift_lab.app.multirun`.
+
 hydra reads and composes the overrides; only what they name is written into the configuration objects, so that all else
 (callables, tuples, slices, tensors) stays what it is. No folder is made and no other directory entered.
 """
@@ -30,6 +32,7 @@ from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from lift_lab.app.multirun import FLAGS, expand
 from lift_lab.utils import update_class_from_dict
 from lift_lab.utils.config_update import field_hints
 from lift_lab.utils.errors import ConfigError, UnknownFieldError, quote, suggest
@@ -38,6 +41,7 @@ from .parse_cfg import ENV_CFG, load_cfg_from_registry, resolve_entry_point, tas
 
 _PRESET = re.compile(r"(\w+(?:/\w+)+)=(.*)")
 _STORE = "lift_lab_task"
+_SEVERAL = "override '{}' lists several values: add --multirun to run once for each"
 
 
 def compose(task_name: str, agent_cfg_entry_point: str | None, overrides: Sequence[str] = ()) -> tuple[Any, Any]:
@@ -68,7 +72,9 @@ def compose(task_name: str, agent_cfg_entry_point: str | None, overrides: Sequen
 def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Callable:
     """Decorator: call a function with the task's configurations, overridden by the command line's arguments.
 
-    The function is called as ``func(env_cfg, agent_cfg, *args, **kwargs)`` (Isaac Lab's decorator of this name).
+    The function is called as ``func(env_cfg, agent_cfg, *args, **kwargs)`` (Isaac Lab's decorator of this name). With
+    ``--multirun`` (or ``-m``) on the command line it is called once for each combination of the values that overrides
+    list, and the results are returned as a list.
 
     Args:
         task_name: id of the task.
@@ -78,8 +84,11 @@ def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Call
     def decorator(func: Callable) -> Callable:
         @functools.wraps(func)
         def wrapper(*args: Any, **kwargs: Any) -> Any:
-            env_cfg, agent_cfg = compose(task_name, agent_cfg_entry_point, sys.argv[1:])
-            return func(env_cfg, agent_cfg, *args, **kwargs)
+            overrides = [text for text in sys.argv[1:] if text not in FLAGS]
+            if len(overrides) == len(sys.argv) - 1:
+                return func(*compose(task_name, agent_cfg_entry_point, overrides), *args, **kwargs)
+            jobs = [compose(task_name, agent_cfg_entry_point, job) for job in expand(overrides)]
+            return [func(env_cfg, agent_cfg, *args, **kwargs) for env_cfg, agent_cfg in jobs]
 
         return wrapper
 
@@ -96,6 +105,8 @@ def _apply_preset(cfgs: dict[str, Any], text: str, presets: dict[str, dict[str, 
     if path not in groups:
         choices = [key.replace(".", "/") for key in groups]
         raise ConfigError(f"override '{text}': no presets for '{group}'; {suggest(group, choices)}")
+    if "," in choice:
+        raise ConfigError(_SEVERAL.format(text))
     if choice not in groups[path]:
         raise ConfigError(f"override '{text}': no preset '{choice}' for '{group}'; {suggest(choice, groups[path])}")
     *parents, name = path.split(".")
@@ -139,7 +150,7 @@ def _parse(text: str) -> Override:
             f"cannot read the override '{text}': {_first_line(error)}; quote values with special characters"
         ) from error
     if override.is_sweep_override():
-        raise ConfigError(f"override '{text}': sweeps are not supported; run once for each value")
+        raise ConfigError(_SEVERAL.format(text))
     if key.lstrip("+~").split(".")[0] == "hydra":
         raise ConfigError(f"override '{text}': hydra's own settings have no meaning here")
     return override

@@ -7,7 +7,7 @@ fills in what is MISSING here.
 from __future__ import annotations
 
 import lift_lab.sim as sim_utils
-from lift_lab.assets import ArticulationCfg, AssetBaseCfg, RigidObjectCfg
+from lift_lab.assets import ArticulationCfg, AssetBaseCfg, DeformableObjectCfg, RigidObjectCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
 from lift_lab.managers import EventTermCfg as EventTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
@@ -30,7 +30,7 @@ class ObjectTableSceneCfg(InteractiveSceneCfg):
     robot: ArticulationCfg = MISSING
     ee_frame: FrameTransformerCfg = MISSING
     """Frame transformer whose first target is the end effector."""
-    object: RigidObjectCfg = MISSING
+    object: RigidObjectCfg | DeformableObjectCfg = MISSING
     table = AssetBaseCfg(
         prim_path="{ENV_REGEX_NS}/Table",
         init_state=AssetBaseCfg.InitialStateCfg(pos=(0.5, 0.0, 0.0), rot=(0.70710678, 0.0, 0.0, 0.70710678)),

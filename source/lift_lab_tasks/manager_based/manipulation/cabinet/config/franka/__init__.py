@@ -12,6 +12,7 @@ for _id, _env_cfg in (
     gym.register(
         id=_id,
         entry_point="lift_lab.envs:ManagerBasedRLEnv",
+        vector_entry_point="lift_lab.envs:ManagerBasedRLVectorEnv",
         disable_env_checker=True,
         kwargs={
             "env_cfg_entry_point": f"{_FRANKA}.joint_pos_env_cfg:{_env_cfg}",

@@ -14,10 +14,19 @@ _CURRICULA = {
     "success": f"{_FRANKA}.curricula:SuccessCurriculumCfg",
     "none": None,
 }
+_REWARDS = {
+    "gated": f"{_LIFT}.lift_env_cfg:RewardsCfg",
+    "ungated": f"{_FRANKA}.reward_sets:UngatedRewardsCfg",
+}
 
 for _id, _env_cfg, _agent in (
     ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
     ("Lift-Cube-Franka-CL", f"{_JOINT_POS}:FrankaCubeLiftCurriculumEnvCfg", _PPO),
+    (
+        "Lift-Soft-Cube-Franka",
+        f"{_FRANKA}.soft_cube_env_cfg:FrankaSoftCubeLiftEnvCfg",
+        f"{_FRANKA}.agents.rsl_rl_ppo_cfg:LiftSoftCubePPORunnerCfg",
+    ),
     (
         "Lift-Cube-Franka-IK-Rel",
         f"{_FRANKA}.ik_rel_env_cfg:FrankaCubeLiftEnvCfg",
@@ -33,12 +42,15 @@ for _id, _env_cfg, _agent in (
         gym.register(
             id=f"{_id}{_suffix}",
             entry_point="lift_lab.envs:ManagerBasedRLEnv",
+            vector_entry_point="lift_lab.envs:ManagerBasedRLVectorEnv",
             disable_env_checker=True,
             kwargs={
                 "env_cfg_entry_point": _cfg,
                 "rsl_rl_cfg_entry_point": _agent,
+                "skrl_cfg_entry_point": f"{_FRANKA}.agents:skrl_ppo_cfg.yaml",
+                "sb3_cfg_entry_point": f"{_FRANKA}.agents:sb3_ppo_cfg.yaml",
                 "success": f"{_LIFT}.mdp:object_reached_goal",
                 "cpu_num_envs": 512,
-                "presets": {"env.curriculum": _CURRICULA},
+                "presets": {"env.curriculum": _CURRICULA, "env.rewards": _REWARDS},
             },
         )

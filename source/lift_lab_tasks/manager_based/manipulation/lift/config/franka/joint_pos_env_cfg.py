@@ -37,9 +37,11 @@ class FrankaCubeLiftEnvCfg(LiftEnvCfg):
             init_state=RigidObjectCfg.InitialStateCfg(pos=(0.5, 0.0, 0.02)),
             spawn=UsdFileCfg(usd_path=str(ASSETS_USD_DIR / "cube.usda")),
         )
+        frame_marker = FRAME_MARKER_CFG.replace(prim_path="/Visuals/FrameTransformer")
+        frame_marker.markers["frame"].scale = (0.1, 0.1, 0.1)
         self.scene.ee_frame = FrameTransformerCfg(
             prim_path="{ENV_REGEX_NS}/Robot/panda_link0",
-            visualizer_cfg=FRAME_MARKER_CFG.replace(prim_path="/Visuals/FrameTransformer"),
+            visualizer_cfg=frame_marker,
             target_frames=[
                 FrameTransformerCfg.FrameCfg(
                     prim_path="{ENV_REGEX_NS}/Robot/panda_hand",

@@ -14,6 +14,7 @@ for _id, _module, _agent in (
         gym.register(
             id=f"{_id}{_suffix}",
             entry_point="lift_lab.envs:ManagerBasedRLEnv",
+            vector_entry_point="lift_lab.envs:ManagerBasedRLVectorEnv",
             disable_env_checker=True,
             kwargs={
                 "env_cfg_entry_point": f"{_FRANKA}.{_module}:{_env_cfg}",

@@ -11,9 +11,9 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
     """Gaussian MLP 256-128-64, 24-step rollouts, adaptive learning rate."""
 
     num_steps_per_env = 24
-    max_iterations = 1200
+    max_iterations = 1400
     save_interval = 50
-    average_share = 0.1
+    average_share = 0.04
     experiment_name = "franka_lift"
     policy = RslRlPpoActorCriticCfg(
         init_noise_std=1.0,
@@ -30,7 +30,8 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         clip_param=0.2,
         entropy_coef=0.003,
         entropy_coef_final=0.0,
-        anneal_iterations=(600, 700),
+        desired_kl_final=0.008,
+        anneal_iterations=(600, 900),
         num_learning_epochs=5,
         num_mini_batches=4,
         learning_rate=1.0e-3,
@@ -40,3 +41,10 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         desired_kl=0.02,
         max_grad_norm=1.0,
     )
+
+
+@configclass
+class LiftSoftCubePPORunnerCfg(LiftCubePPORunnerCfg):
+    """For the soft cube: the same, a folder of runs of its own."""
+
+    experiment_name = "franka_lift_soft"

@@ -1,0 +1,87 @@
+"""Run a policy that Stable-Baselines3 trained.
+
+python scripts/sb3/play.py --task Cartpole-Play [--checkpoint PATH] [--video] [overrides]
+
+Takes model.zip of the newest run of the task it was trained on (without -Play) unless told otherwise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import positive, task_parser
+
+LOGS = Path("logs") / "sb3"
+
+
+def parse():
+    parser = task_parser(__doc__, "sb3_cfg_entry_point", "logs/sb3 (default: the task's id)")
+    parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
+    parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run (default: newest)")
+    parser.add_argument("--use_last_checkpoint", action="store_true", help="the last model_N_steps.zip, not model.zip")
+    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
+    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+
+    from lift_lab_rl.extras import require_package
+
+    require_package("stable_baselines3")
+    import gymnasium as gym
+    import numpy as np
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.sb3 import Sb3VecEnvWrapper
+    from lift_lab_rl.sb3_runs import build
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, find_model, task_folder
+
+    if args.video:
+        require_video()
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    parent = LOGS / (args.experiment_name or task_folder(args.task))
+    last = r"model_\d+_steps\.zip"
+    patterns = [last] if args.use_last_checkpoint else [r"model\.zip", last]
+    checkpoint = find_model(parent, args.checkpoint, args.load_run, *patterns)
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        steps = args.steps or env.unwrapped.max_episode_length
+        if args.video:
+            file = checkpoint.parent / "videos" / "play" / f"{checkpoint.stem}.mp4"
+            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=steps, background=False)
+        agent, played, _ = build(Sb3VecEnvWrapper(env), agent_cfg, checkpoint, training=False)
+        vec_env: Any = played
+        print(f"policy: {checkpoint}")
+        obs = vec_env.reset()
+        total, returns = 0.0, []
+        for _ in range(steps):
+            actions, _ = agent.predict(obs, deterministic=True)
+            obs, rewards, dones, infos = vec_env.step(actions)
+            total += float(rewards.mean())
+            returns += [infos[idx]["episode"]["r"] for idx in np.flatnonzero(dones)]
+        print(f"{steps} steps of {vec_env.num_envs} environments, {len(returns)} episodes ended")
+        print(f"mean reward: {total / (steps * env.unwrapped.step_dt):.3f} per second")
+        if returns:
+            print(f"mean return of an episode: {np.mean(returns):.3f}")
+    finally:
+        env.close()
+        launcher.app.close()
+    if args.video:
+        for path in env.files:  # type: ignore[attr-defined]
+            print(f"video: {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

@@ -1,0 +1,94 @@
+"""Train a policy with Stable-Baselines3's PPO.
+
+python scripts/sb3/train.py --task Cartpole [flags] [overrides]
+
+Writes logs/sb3/<task>/<time>/ with model.zip at the end, model_N_steps.zip on the way, TensorBoard's event files, and
+params/ with the configurations. Ctrl-C saves and ends. --checkpoint starts from the weights of an earlier model.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import add_training_video_args, positive, task_parser
+
+LOGS = Path("logs") / "sb3"
+
+
+def parse():
+    parser = task_parser(__doc__, "sb3_cfg_entry_point", "logs/sb3 (default: the task's id)")
+    parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts, each of n_steps")
+    parser.add_argument("--log_interval", type=positive, default=1, help="rollouts between two lines of the log")
+    parser.add_argument("--save_interval", type=positive, default=1000, help="environment steps between two models")
+    parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
+    parser.add_argument("--checkpoint", type=str, default=None, help="model to start from: path")
+    parser.add_argument("--keep_all_info", action="store_true", help="put the environment's log into the infos")
+    add_training_video_args(parser)
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+
+    from lift_lab_rl.extras import require_package
+
+    require_package("stable_baselines3")
+    import gymnasium as gym
+    from stable_baselines3.common.callbacks import CheckpointCallback
+    from stable_baselines3.common.logger import configure
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab.utils.io import dump_yaml
+    from lift_lab_rl.sb3 import LogCallback, Sb3VecEnvWrapper
+    from lift_lab_rl.sb3_runs import build, save
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
+
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    if args.max_iterations is not None:
+        agent_cfg["n_timesteps"] = args.max_iterations * agent_cfg["n_steps"] * env_cfg.scene.num_envs
+    if args.video:
+        require_video()
+    checkpoint = model_file(args.checkpoint) if args.checkpoint else None
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+
+    run_dir = new_folder(LOGS / (args.experiment_name or task_folder(args.task)), args.run_name or "")
+    env_cfg.log_dir = str(run_dir)
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        print(env.unwrapped)
+        if args.video:
+            folder = run_dir / "videos" / "train"
+            length = min(args.video_length, args.video_interval)
+            env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length)
+        wrapped = Sb3VecEnvWrapper(env, fast_variant=not args.keep_all_info)
+        agent, vec_env, timesteps = build(wrapped, agent_cfg, checkpoint)
+        run_dir.mkdir(parents=True, exist_ok=True)
+        dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
+        dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+        print(f"{args.task}: {wrapped.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
+        print(f"writing to {run_dir}", flush=True)
+        agent.set_logger(configure(str(run_dir), ["stdout", "tensorboard"]))
+        saver = CheckpointCallback(args.save_interval, str(run_dir), "model", save_vecnormalize=True)
+        ended = "finished"
+        try:
+            agent.learn(timesteps, callback=[saver, LogCallback()], log_interval=args.log_interval)
+        except KeyboardInterrupt:
+            ended = "ended early"
+        save(agent, vec_env, run_dir / "model.zip")
+        print(f"{ended} after {agent.num_timesteps} samples: {run_dir / 'model.zip'}")
+    finally:
+        env.close()
+        launcher.app.close()
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

@@ -1,0 +1,90 @@
+"""Run a policy that skrl trained.
+
+python scripts/skrl/play.py --task Cartpole-Play [--checkpoint PATH] [--video] [overrides]
+
+Takes best_agent.pt of the newest run of the task (without -Play) unless told otherwise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import positive, task_parser
+
+LOGS = Path("logs") / "skrl"
+
+
+def parse():
+    parser = task_parser(__doc__, "skrl_cfg_entry_point", "logs/skrl (default: the task's id)")
+    parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
+    parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run (default: newest)")
+    parser.add_argument("--use_last_checkpoint", action="store_true", help="the last agent_N.pt, not best_agent.pt")
+    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
+    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+
+    from lift_lab_rl.extras import require_package
+
+    require_package("skrl")
+    import gymnasium as gym
+    import torch
+    from skrl.utils.runner.torch import Runner
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.skrl import SkrlVecEnvWrapper
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, find_model, task_folder
+
+    if args.video:
+        require_video()
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    experiment = agent_cfg["agent"]["experiment"]
+    parent = LOGS / (args.experiment_name or experiment["directory"] or task_folder(args.task))
+    last = r"agent_\d+\.pt"
+    patterns = [last] if args.use_last_checkpoint else [r"best_agent\.pt", last]
+    checkpoint = find_model(parent, args.checkpoint, args.load_run, *patterns, folder="checkpoints")
+    experiment["write_interval"] = experiment["checkpoint_interval"] = 0
+    agent_cfg["trainer"]["close_environment_at_exit"] = False
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        steps = args.steps or env.unwrapped.max_episode_length
+        if args.video:
+            file = checkpoint.parent.parent / "videos" / "play" / f"{checkpoint.stem}.mp4"
+            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=steps, background=False)
+        wrapped = SkrlVecEnvWrapper(env)
+        agent = Runner(wrapped, agent_cfg).agent
+        agent.load(str(checkpoint))
+        agent.enable_training_mode(False, apply_to_models=True)
+        print(f"policy: {checkpoint}")
+        obs, _ = wrapped.reset()
+        total, ended = 0.0, 0
+        with torch.inference_mode():
+            for step in range(steps):
+                actions, outputs = agent.act(obs, wrapped.state(), timestep=step, timesteps=steps)
+                obs, rewards, terminated, truncated, _ = wrapped.step(outputs.get("mean_actions", actions))
+                total += float(rewards.mean())
+                ended += int((terminated | truncated).sum())
+        print(f"{steps} steps of {wrapped.num_envs} environments, {ended} episodes ended")
+        print(f"mean reward: {total / (steps * env.unwrapped.step_dt):.3f} per second")
+    finally:
+        env.close()
+        launcher.app.close()
+    if args.video:
+        for path in env.files:  # type: ignore[attr-defined]
+            print(f"video: {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

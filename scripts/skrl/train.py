@@ -1,0 +1,97 @@
+"""Train a policy with skrl.
+
+python scripts/skrl/train.py --task Cartpole [flags] [overrides]
+
+Writes logs/skrl/<task>/<time>_ppo_torch[_name]/ with checkpoints/agent_N.pt (after N environment steps) and
+best_agent.pt, TensorBoard's event files, and params/ with the configurations. Ctrl-C saves and ends. --checkpoint
+starts from the weights of an earlier agent.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import add_training_video_args, positive, task_parser
+
+LOGS = Path("logs") / "skrl"
+
+
+def parse():
+    parser = task_parser(__doc__, "skrl_cfg_entry_point", "logs/skrl (default: the task's id)")
+    parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts")
+    parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
+    parser.add_argument("--checkpoint", type=str, default=None, help="agent to start from: path")
+    add_training_video_args(parser)
+    return parser.parse()
+
+
+def main() -> int:
+    args, overrides = parse()
+    launcher = AppLauncher(args)
+
+    from lift_lab_rl.extras import require_package
+
+    require_package("skrl")
+    import gymnasium as gym
+    from skrl.utils.runner.torch import Runner
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab.utils.io import dump_yaml
+    from lift_lab_rl.skrl import SkrlVecEnvWrapper
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
+
+    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    if args.max_iterations is not None:
+        agent_cfg["trainer"]["timesteps"] = args.max_iterations * agent_cfg["agent"]["rollouts"]
+    agent_cfg["trainer"]["close_environment_at_exit"] = False
+    if args.video:
+        require_video()
+    checkpoint = model_file(args.checkpoint) if args.checkpoint else None
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+
+    experiment = agent_cfg["agent"]["experiment"]
+    parent = LOGS / (args.experiment_name or experiment["directory"] or task_folder(args.task))
+    name = args.run_name or experiment["experiment_name"]
+    run_dir = new_folder(parent, agent_cfg["agent"]["class"].lower(), "torch", name)
+    experiment["directory"], experiment["experiment_name"] = str(run_dir.parent), run_dir.name
+    env_cfg.log_dir = str(run_dir)
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        print(env.unwrapped)
+        if args.video:
+            folder = run_dir / "videos" / "train"
+            length = min(args.video_length, args.video_interval)
+            env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length)
+        runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
+        if checkpoint is not None:
+            runner.agent.load(str(checkpoint))
+        dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
+        dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+        inner = env.unwrapped
+        print(f"{args.task}: {inner.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
+        print(f"writing to {run_dir}", flush=True)
+        ended = "finished"
+        try:
+            runner.run()
+        except KeyboardInterrupt:
+            ended = "ended early"
+        steps = inner.common_step_counter
+        last = run_dir / "checkpoints" / f"agent_{steps}.pt"
+        last.parent.mkdir(exist_ok=True)
+        runner.agent.save(str(last))
+        print(f"{ended} after {steps} environment steps: {last}")
+    finally:
+        env.close()
+        launcher.app.close()
+    return 0
+
+
+if __name__ == "__main__":
+    cli.run(main)

@@ -1,0 +1,181 @@
+"""Stable-Baselines3 sees an environment as its own kind, trains in it, and gets back what it saved."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+
+pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is not installed (the extra 'sb3')")
+
+import lift_lab_tasks  # noqa: F401
+from lift_lab.utils.errors import ConfigError
+from lift_lab_rl.sb3 import Sb3VecEnvWrapper, process_sb3_cfg
+from lift_lab_rl.sb3_runs import build, save, statistics_path
+from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
+
+
+@pytest.fixture
+def make():
+    """Makes a wrapped task; closed at the end."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    made = []
+
+    def call(num_envs, task="Cartpole", **settings):
+        cfg = parse_env_cfg(task, device="cpu", num_envs=num_envs)
+        cfg.seed, cfg.sim.num_threads = 3, 1
+        for name, value in settings.items():
+            setattr(cfg, name, value)
+        made.append(Sb3VecEnvWrapper(gym.make(task, cfg=cfg)))
+        return made[-1]
+
+    yield call
+    for env in made:
+        env.close()
+    torch.set_num_threads(threads)
+
+
+def mean_reward(agent, vec_env, inner, steps=300):
+    """Reward a second over whole episodes of the policy without noise."""
+    obs, total = vec_env.reset(), 0.0
+    for _ in range(steps):
+        obs, rewards, _, _ = vec_env.step(agent.predict(obs, deterministic=True)[0])
+        total += float(rewards.mean())
+    return total / (steps * inner.unwrapped.step_dt)
+
+
+def test_spaces_are_those_of_one_environment_with_bounded_actions(make):
+    env = make(3)
+    assert env.num_envs == 3
+    assert env.observation_space.shape == (4,)
+    assert env.action_space == gym.spaces.Box(-100.0, 100.0, (1,))
+    obs = env.reset()
+    assert obs.shape == (3, 4)
+    assert obs.dtype == np.float32
+
+
+def test_an_episode_that_time_ended_hands_out_its_last_observation(make):
+    env = make(2, episode_length_s=4 / 60)
+    env.reset()
+    twin = make(2)  # the same random numbers, but its episodes go on
+    twin.reset()
+    actions = np.zeros((2, 1), dtype=np.float32)
+    returns = np.zeros(2)
+    for step in range(4):
+        obs, rewards, dones, infos = env.step(actions)
+        going_on, *_ = twin.step(actions)
+        returns += rewards
+        assert dones.all() == (step == 3)
+    for idx, info in enumerate(infos):
+        np.testing.assert_array_equal(info["terminal_observation"], going_on[idx])
+        assert not np.array_equal(info["terminal_observation"], obs[idx])
+        assert info["TimeLimit.truncated"] is True
+        assert info["episode"]["l"] == 4
+        assert info["episode"]["r"] == pytest.approx(returns[idx])
+    _, _, _, infos = env.step(actions)
+    assert infos == [{}, {}]
+
+
+def test_an_episode_that_a_termination_or_a_finite_horizon_ended_is_not_bootstrapped(make):
+    finite = make(1, episode_length_s=1 / 60, is_finite_horizon=True)
+    finite.reset()
+    _, _, dones, infos = finite.step(np.zeros((1, 1)))
+    assert dones.all()
+    assert infos[0]["TimeLimit.truncated"] is False
+    failing = make(1)
+    failing.reset()
+    failing.unwrapped.termination_manager.get_term_cfg("cart_out_of_bounds").params["bounds"] = (5.0, 6.0)
+    _, _, dones, infos = failing.step(np.zeros((1, 1)))
+    assert dones.all()
+    assert infos[0]["TimeLimit.truncated"] is False
+
+
+def test_all_infos_hold_the_log_on_request(make):
+    env = make(1, episode_length_s=1 / 60)
+    full = Sb3VecEnvWrapper(env.env, fast_variant=False)
+    full.reset()
+    _, _, _, infos = full.step(np.zeros((1, 1)))
+    assert "Episode_Reward/alive" in infos[0]["episode"]
+
+
+def test_attributes_and_methods_are_answered_once_for_each_environment(make):
+    env = make(3)
+    env.reset()
+    env.step(np.zeros((3, 1)))
+    assert env.get_attr("episode_length_buf", [0, 2]) == [1, 1]
+    assert env.get_attr("step_dt") == [pytest.approx(1 / 60)] * 3
+    assert not env.has_attr("nothing")
+    assert len(env.env_method("get_wrapper_attr", "num_envs")) == 3
+    assert env.env_is_wrapped(gym.wrappers.OrderEnforcing) == [True] * 3
+    assert env.get_episode_lengths() == [1, 1, 1]
+    assert env.seed(5) == [5, 5, 5]
+    with pytest.raises(ConfigError, match="leave indices out"):
+        env.set_attr("x", 1, indices=[0])
+
+
+def test_a_configuration_becomes_arguments():
+    plain = {
+        "n_steps": 8,
+        "n_minibatches": 4,
+        "learning_rate": "lin_1e-3",
+        "policy_kwargs": {"activation_fn": "nn.ELU"},
+    }
+    found = process_sb3_cfg(plain, num_envs=6)
+    assert found["batch_size"] == 12
+    assert found["learning_rate"](0.25) == pytest.approx(2.5e-4)
+    assert found["policy_kwargs"]["activation_fn"] is torch.nn.ELU
+    assert plain["n_minibatches"] == 4
+
+
+@pytest.mark.parametrize(
+    ("cfg", "message"),
+    [
+        ({"n_steps": 3, "n_minibatches": 4}, "3 samples cannot be cut into 4"),
+        ({"learning_rate": "fast"}, "learning_rate: expected a number"),
+        ({"policy_kwargs": {"activation_fn": "nn.ELLU"}}, "did you mean 'ELU'"),
+    ],
+)
+def test_a_wrong_configuration_is_answered_with_its_key(cfg, message):
+    with pytest.raises(ConfigError, match=message):
+        process_sb3_cfg(cfg, num_envs=1)
+
+
+def test_an_argument_that_ppo_does_not_know_is_named(make):
+    cfg = load_cfg_from_registry("Cartpole", "sb3_cfg_entry_point") | {"n_epoch": 3}
+    with pytest.raises(ConfigError, match="no argument 'n_epoch'; did you mean 'n_epochs'"):
+        build(make(1), cfg)
+
+
+def test_the_cart_pole_is_learned_and_comes_back_from_its_file(make, tmp_path):
+    env = make(64)
+    cfg = load_cfg_from_registry("Cartpole", "sb3_cfg_entry_point")
+    agent, vec_env, _ = build(env, cfg)
+    before = mean_reward(agent, vec_env, env)
+    agent.learn(60 * cfg["n_steps"] * env.num_envs)
+    save(agent, vec_env, tmp_path / "model.zip")
+    env.unwrapped.seed(8)
+    after = mean_reward(agent, vec_env, env)
+    assert before < -1.0  # the pole hangs
+    assert after > 0.5  # at most 1: alive, upright and still
+
+    loaded, again, _ = build(env, cfg, tmp_path / "model.zip", training=False)
+    env.unwrapped.seed(8)
+    assert mean_reward(loaded, again, env) == after
+
+
+def test_statistics_of_observations_are_saved_beside_the_model(make, tmp_path):
+    env = make(2, task="Lift-Cube-Franka")
+    cfg = load_cfg_from_registry("Lift-Cube-Franka", "sb3_cfg_entry_point")
+    agent, vec_env, _ = build(env, cfg)
+    agent.learn(2 * cfg["n_steps"] * env.num_envs)
+    path = tmp_path / "model_96_steps.zip"
+    save(agent, vec_env, path)
+    assert statistics_path(path).name == "model_vecnormalize_96_steps.pkl"
+    loaded, again, _ = build(env, cfg | {"n_minibatches": 7}, path, training=False)  # the parts are for learning
+    np.testing.assert_array_equal(again.obs_rms.mean, vec_env.obs_rms.mean)
+    obs = np.linspace(-1, 1, 72).reshape(2, 36)
+    vec_env.training = False
+    for raw in (obs, 5 * obs):
+        first = agent.predict(vec_env.normalize_obs(raw), deterministic=True)[0]
+        second = loaded.predict(again.normalize_obs(raw), deterministic=True)[0]
+        np.testing.assert_array_equal(first, second)
