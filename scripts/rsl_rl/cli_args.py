@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
+from lift_lab.app import cli
+from lift_lab.app.arguments import positive, task_parser
 
-from lift_lab.app import AppLauncher, cli
+__all__ = ["make_parser", "positive"]
 
 
 def make_parser(description: str | None) -> cli.Parser:
@@ -13,25 +14,4 @@ def make_parser(description: str | None) -> cli.Parser:
     Args:
         description: the script's docstring.
     """
-    parser = cli.Parser(description)
-    parser.add_argument("--task", type=str, required=True, help="id of the task (scripts/list_envs.py shows all)")
-    parser.add_argument("--agent", type=str, default="rsl_rl_cfg_entry_point", help="key of the agent's configuration")
-    parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
-    parser.add_argument("--seed", type=int, default=None, help="seed of everything; -1 draws one")
-    parser.add_argument(
-        "--num_threads", type=positive, default=None, help="CPU threads (default: all); no result depends on it"
-    )
-    parser.add_argument("--experiment_name", type=str, default=None, help="folder of the runs under logs/rsl_rl")
-    AppLauncher.add_app_launcher_args(parser)
-    return parser
-
-
-def positive(text: str) -> int:
-    """A whole number of at least 1."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got '{text}'")
-    return value
+    return task_parser(description, "rsl_rl_cfg_entry_point", "logs/rsl_rl")

@@ -1,6 +1,6 @@
 """Measure a trained policy: success rate, reward and time to success over whole episodes.
 
-python scripts/rsl_rl/evaluate.py --task Lift-Cube-Franka [--checkpoint PATH|latest|best] --episodes 100 [--json FILE]
+python scripts/rsl_rl/evaluate.py --task TASK [--checkpoint PATH|latest|best|pretrained] --episodes 100 [--json FILE]
 
 The policy acts without noise. Every environment runs whole episodes, and all count alike: see lift_lab_rl.evaluation.
 """
@@ -20,7 +20,9 @@ MOST_ENVS = 1024
 
 def parse():
     parser = make_parser(__doc__)
-    parser.add_argument("--checkpoint", type=str, default=None, help="path, latest (default), best, or a file name")
+    parser.add_argument(
+        "--checkpoint", type=str, default=None, help="path, latest (default), best, pretrained, or a file name"
+    )
     parser.add_argument(
         "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
     )
@@ -60,7 +62,7 @@ def main() -> int:
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     for text in args.perturb:
         perturb(env_cfg, text)

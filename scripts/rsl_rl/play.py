@@ -1,6 +1,6 @@
 """Run a trained policy, and export it.
 
-python scripts/rsl_rl/play.py --task Lift-Cube-Franka-Play [--checkpoint PATH|latest|best] [--video] [overrides]
+python scripts/rsl_rl/play.py --task TASK [--checkpoint PATH|latest|best|pretrained] [--video [FILE.mp4]] [overrides]
 
 Takes the newest checkpoint of the newest run unless told otherwise. Writes exported/policy.pt (TorchScript) and
 exported/policy.onnx beside it, both checked against the policy, and with --video an mp4.
@@ -8,9 +8,10 @@ exported/policy.onnx beside it, both checked against the policy, and with --vide
 
 from __future__ import annotations
 
-import os
+from pathlib import Path
 
 from cli_args import make_parser, positive
+from video_args import add_video_args, apply_video_args
 from watching import add_watching_args, is_asked, watch
 
 from lift_lab.app import AppLauncher, cli
@@ -18,14 +19,27 @@ from lift_lab.app import AppLauncher, cli
 
 def parse():
     parser = make_parser(__doc__)
-    parser.add_argument("--checkpoint", type=str, default=None, help="path, latest (default), best, or a file name")
+    parser.add_argument(
+        "--checkpoint", type=str, default=None, help="path, latest (default), best, pretrained, or a file name"
+    )
     parser.add_argument(
         "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
     )
     parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
-    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    parser.add_argument(
+        "--video", nargs="?", const="", default=None, metavar="FILE.mp4", help="write an mp4 (default: beside the run)"
+    )
+    parser.add_argument("--video_length", type=positive, default=None, help="steps in the video, and to take")
+    add_video_args(parser)
     add_watching_args(parser)
-    return parser.parse()
+    args, overrides = parser.parse()
+    if args.video is not None and "=" in args.video:  # an override behind a --video without a file
+        args.video, overrides = "", [args.video, *overrides]
+    if args.video and not args.video.endswith(".mp4"):
+        parser.error(f"--video: expected a file ending in .mp4, got '{args.video}'")
+    args.steps = args.steps or args.video_length
+    args.video, args.video_file = args.video is not None, args.video
+    return args, overrides
 
 
 def main() -> int:
@@ -33,8 +47,6 @@ def main() -> int:
     launcher = AppLauncher(args)
     if is_asked(args):
         return watch(args, overrides)
-    if args.video:
-        os.environ.setdefault("MUJOCO_GL", "egl")
 
     import gymnasium as gym
     import torch
@@ -58,21 +70,25 @@ def main() -> int:
     if args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    apply_video_args(args, env_cfg)
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
-    env = gym.make(args.task, cfg=env_cfg, render_mode="rgb_array" if args.video else None)
+    env = gym.make(args.task, cfg=env_cfg)
     try:
         steps = args.steps or env.unwrapped.max_episode_length
         if args.video:
-            folder = checkpoint.parent / "videos" / "play"
-            env = RecordVideo(env, folder, interval=1 << 60, length=steps, prefix=checkpoint.stem)
+            file = Path(
+                args.video_file or runs.output_dir(agent_cfg, checkpoint) / "videos" / "play" / f"{checkpoint.stem}.mp4"
+            )
+            length = args.video_length or steps
+            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=length, background=False)
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
         runner.load_policy(str(checkpoint))
         print(f"policy: {checkpoint}")
         network = runner.alg.get_policy()
-        exported = checkpoint.parent / "exported"
+        exported = runs.output_dir(agent_cfg, checkpoint) / "exported"
         print(f"exported: {export_policy_as_jit(network, None, exported)}")
         print(f"exported: {export_policy_as_onnx(network, exported)}")
 

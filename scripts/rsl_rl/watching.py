@@ -69,7 +69,9 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     if args.num_envs is None and not any("scene.num_envs=" in text for text in overrides):
         env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
-    checkpoint = None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run)
+    checkpoint = (
+        None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
+    )
     with contextlib.suppress(ConfigError):  # not every task says what success is
         add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":

@@ -1,15 +1,25 @@
-"""Videos of environments as mp4 files, encoded by PyAV: no program has to be installed beside Python."""
+"""Videos of environments as mp4 files.
+
+An environment is filmed as states and markers, which costs next to nothing; a process of its own draws them (see
+:mod:`lift_lab.drawing.film`). So the process that filmed needs no OpenGL, waits for no picture, and does not die of a
+video.
+"""
 
 from __future__ import annotations
 
 import importlib.util
-import os
+import signal
+import subprocess
+from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 
+from lift_lab.drawing import film
+from lift_lab.drawing.mp4 import Mp4Writer
+from lift_lab.envs.filming import Filming, Look
 from lift_lab.utils.errors import LiftLabError
 
 
@@ -27,7 +37,7 @@ def require_video() -> None:
         raise VideoError("videos need PyAV: pip install 'lift-lab[video]'")
 
 
-class VideoWriter:
+class VideoWriter(Mp4Writer):
     """Writes frames to an mp4 file. The file appears when it is closed."""
 
     def __init__(self, path: str | Path, fps: float):
@@ -41,89 +51,130 @@ class VideoWriter:
             VideoError: PyAV is not installed.
         """
         require_video()
-        import av
-
-        self.path = Path(path)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._temporary = self.path.with_name(f".{self.path.stem}.{os.getpid()}.tmp.mp4")
-        self._av = av
-        self._fps = max(1, round(fps))
-        self._container: Any = av.open(str(self._temporary), mode="w")
-        self._stream: Any = None
-        self.frames = 0
-
-    def add(self, frame: np.ndarray) -> None:
-        """Append a frame, shape (height, width, 3), uint8. All frames have one size, with even sides."""
-        if self._stream is None:
-            self._stream = self._container.add_stream("libx264", rate=self._fps)
-            self._stream.height, self._stream.width = frame.shape[:2]
-            self._stream.pix_fmt = "yuv420p"
-            self._stream.options = {"crf": "21", "preset": "veryfast"}
-        picture = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")
-        for packet in self._stream.encode(picture):
-            self._container.mux(packet)
-        self.frames += 1
-
-    def close(self) -> Path | None:
-        """Finish the file; returns its path, or None if there was no frame."""
-        if self._stream is not None:
-            for packet in self._stream.encode():
-                self._container.mux(packet)
-        self._container.close()
-        if not self.frames:
-            self._temporary.unlink(missing_ok=True)
-            return None
-        os.replace(self._temporary, self.path)
-        return self.path
+        super().__init__(path, fps)
 
 
 class RecordVideo(gym.Wrapper):
-    """Records the first ``length`` steps of every ``interval`` steps while an environment is used."""
+    """Films the first ``length`` steps of every ``interval`` steps while an environment is used.
 
-    def __init__(self, env: gym.Env, folder: str | Path, interval: int, length: int, prefix: str = "step"):
-        """Record nothing yet.
+    What is seen is in ``env.cfg.viewer``. Films are drawn one after the other. If one cannot be drawn, that is said in
+    one line, and nothing is filmed from then on.
+    """
+
+    def __init__(
+        self,
+        env: gym.Env,
+        path: Callable[[int], Path],
+        interval: int,
+        length: int,
+        background: bool = True,
+        say: Callable[[str], None] = print,
+    ):
+        """Film nothing yet.
 
         Args:
-            env: made with ``render_mode="rgb_array"``.
-            folder: where files go.
+            env: a manager-based environment.
+            path: the file of the video that starts at a step.
             interval: steps between the starts of two videos.
             length: steps in a video.
-            prefix: files are called ``{prefix}_{step}.mp4``.
+            background: whether drawing takes only the processor time that nobody else wants.
+            say: shows a line to the user.
 
         Raises:
             VideoError: PyAV is not installed, or the lengths are not positive.
+            ConfigError: the viewer names an environment, asset or body that does not exist.
         """
         require_video()
         if interval < 1 or length < 1:
             raise VideoError(f"video length and interval must be positive, got {length} and {interval}")
         super().__init__(env)
-        self._folder, self._interval, self._length, self._prefix = Path(folder), interval, length, prefix
-        self._step = 0
-        self._writer: VideoWriter | None = None
+        self._path, self._interval, self._length = path, interval, length
+        self._background, self._say = background, say
+        self._filming = Filming(env.unwrapped)  # type: ignore[arg-type]
+        self._step = self._start = 0
+        self._looks: list[Look] | None = None
+        self._waiting: deque[tuple[Path, Path]] = deque()
+        self._drawing: tuple[subprocess.Popen[bytes], Path, Path] | None = None
+        self.problem: str | None = None
+        """Why nothing is filmed any more."""
         self.files: list[Path] = []
+        """Videos that are complete."""
 
     def step(self, action: Any) -> Any:
-        """Step, and draw if a video is running."""
-        if self._writer is None and self._step % self._interval == 0:
-            fps = self.env.unwrapped.metadata.get("render_fps", 50)
-            self._writer = VideoWriter(self._folder / f"{self._prefix}_{self._step}.mp4", fps)
+        """Step, and look if a video is running."""
+        if self._looks is None and self._step % self._interval == 0 and self.problem is None:
+            self._looks, self._start = [], self._step
         result = self.env.step(action)
         self._step += 1
-        if self._writer is not None:
-            frame: Any = self.env.render()
-            self._writer.add(frame)
-            if self._writer.frames >= self._length:
-                self._finish()
+        if self._looks is not None:
+            self._looks.append(self._filming.look())
+            if len(self._looks) >= self._length:
+                self._end_film()
+        if self._drawing is not None and self._drawing[0].poll() is not None:
+            self._end_drawing()
         return result
 
     def close(self) -> None:
-        """Finish a running video and close the environment."""
-        self._finish()
+        """Finish every video and close the environment. Ctrl-C leaves the drawing to go on by itself."""
+        self._end_film()
+        if self._drawing is not None:
+            videos = [self._drawing[2], *(video for _, video in self._waiting)]
+            self._say(f"drawing {', '.join(str(video) for video in videos)} (Ctrl-C does not wait for it)")
+        try:
+            while self._drawing is not None:
+                self._drawing[0].wait()
+                self._end_drawing()
+        except KeyboardInterrupt:
+            self._say("not waiting: the drawing goes on by itself")
+            for source, video in self._waiting:
+                film.start(source, video, self._background)
+            self._drawing = None
+            self._waiting.clear()
         super().close()
 
-    def _finish(self) -> None:
-        if self._writer is not None:
-            path = self._writer.close()
-            if path is not None:
-                self.files.append(path)
-            self._writer = None
+    def _end_film(self) -> None:
+        """Hand a running film over to be drawn."""
+        looks, self._looks = self._looks, None
+        if not looks or self.problem is not None:
+            return
+        video = self._path(self._start)
+        source = video.with_name(f".{video.stem}{film.SUFFIX}")
+        try:
+            fps = self.env.unwrapped.metadata.get("render_fps", 50)
+            self._filming.film(looks, fps).save(source)
+            self._waiting.append((source, video))
+            self._begin_drawing()
+        except OSError as error:
+            self._give_up(f"'{video}' cannot be drawn: {error}")
+
+    def _begin_drawing(self) -> None:
+        if self._drawing is None and self._waiting:
+            source, video = self._waiting.popleft()
+            self._drawing = film.start(source, video, self._background), source, video
+
+    def _end_drawing(self) -> None:
+        """Look how a process that has ended did."""
+        assert self._drawing is not None
+        process, source, video = self._drawing
+        self._drawing = None
+        _, errors = process.communicate()
+        if process.returncode == 0:
+            self.files.append(video)
+            self._begin_drawing()
+            return
+        source.unlink(missing_ok=True)
+        lines = errors.decode(errors="replace").strip().splitlines()
+        if process.returncode < 0:
+            reason = f"the drawing process was ended by {signal.Signals(-process.returncode).name}"
+        else:
+            # of a traceback the line that names the error
+            reason = next((line for line in reversed(lines) if not line.startswith((" ", "\t", ">"))), None)
+            reason = reason or f"the drawing process ended with status {process.returncode}"
+        self._give_up(f"'{video}' could not be drawn: {reason}")
+
+    def _give_up(self, problem: str) -> None:
+        self.problem = problem
+        for source, _ in self._waiting:
+            source.unlink(missing_ok=True)
+        self._waiting.clear()
+        self._say(f"warning: {problem}; no more videos")

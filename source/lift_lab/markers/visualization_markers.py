@@ -8,10 +8,13 @@ from weakref import WeakKeyDictionary
 
 import torch
 
+from lift_lab.drawing.shapes import Primitive
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
+
+from .drawn import primitives
 
 
 @configclass
@@ -53,6 +56,7 @@ class VisualizationMarkers:
         """Their scales on top of the shape's own, shape (count, 3)."""
         self.marker_indices = torch.zeros(0, dtype=torch.long)
         """Which shape each is, by its place in the config, shape (count,)."""
+        self._primitives: list[list[Primitive]] | None = None
         self._groups.setdefault(sim, []).append(self)
 
     @classmethod
@@ -77,6 +81,13 @@ class VisualizationMarkers:
     def is_visible(self) -> bool:
         """Whether they are shown."""
         return self._visible
+
+    @property
+    def primitives(self) -> list[list[Primitive]]:
+        """What each shape is drawn with in videos, in the config's order; the same lists at every call."""
+        if self._primitives is None:
+            self._primitives = [primitives(cfg) for cfg in self.cfg.markers.values()]
+        return self._primitives
 
     def visualize(
         self,

@@ -14,6 +14,15 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+_SECTIONS = {
+    "Episode_Reward": "reward",
+    "Curriculum": "curriculum",
+    "Metrics": "metrics",
+    "Episode_Termination": "ended by",
+}
+"""Groups of the environment's logs and what the panel calls them, in the panel's order."""
+_TITLE_WIDTH, _NUMBER_WIDTH = 10, 9
+
 
 @dataclass
 class IterationReport:
@@ -115,15 +124,10 @@ class Progress:
         head.add_row("mean reward", reward, "episode length", length)
         success = "-" if r.success is None else f"{r.success:.1%}"
         head.add_row("success", success, "rate / action std", f"{r.learning_rate:.2g} / {r.action_std:.2f}")
-        columns = max(1, self._console.width // 64)
-        terms = Table.grid(padding=(0, 2))
-        entries = [(Text(key, style="dim"), _number(value)) for key, value in r.terms.items()]
-        rows = -(-len(entries) // columns)
-        for row in range(rows):
-            terms.add_row(*(cell for entry in entries[row::rows] for cell in entry))
+        terms = [_section(name, entries, self._console.width - 4) for name, entries in _sections(r.terms)]
         bar = Table.grid(expand=True)
         bar.add_row(ProgressBar(total=r.total_iterations, completed=r.iteration))
-        return Panel(Group(bar, head, Text(), terms), title=self._title, title_align="left")
+        return Panel(Group(bar, head, Text(), *terms), title=self._title, title_align="left")
 
 
 def clock(seconds: float) -> str:
@@ -133,6 +137,31 @@ def clock(seconds: float) -> str:
     minutes, second = divmod(round(max(0.0, seconds)), 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+
+def _sections(terms: dict[str, float]) -> list[tuple[str, list[tuple[str, float]]]]:
+    """Entries by the part of their key before the first slash, the most telling first: a low terminal cuts the end."""
+    found: dict[str, list[tuple[str, float]]] = {name: [] for name in _SECTIONS}
+    for key, value in terms.items():
+        section, _, name = key.partition("/")
+        found.setdefault(section, []).append((name or key, value))
+    return [(_SECTIONS.get(name, name), entries) for name, entries in found.items() if entries]
+
+
+def _section(title: str, entries: list[tuple[str, float]], width: int) -> Table:
+    """Entries under each other, in as many columns as there is room for."""
+    longest = max(len(name) for name, _ in entries)
+    columns = max(1, (width - _TITLE_WIDTH - 2) // (longest + _NUMBER_WIDTH + 4))
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(width=_TITLE_WIDTH)
+    for _ in range(min(columns, len(entries))):
+        table.add_column(width=longest, no_wrap=True)
+        table.add_column(justify="right", width=_NUMBER_WIDTH, no_wrap=True)
+    rows = -(-len(entries) // columns)
+    for row in range(rows):
+        cells = [cell for name, value in entries[row::rows] for cell in (Text(name, style="dim"), _number(value))]
+        table.add_row(Text(title if row == 0 else ""), *cells)
+    return table
 
 
 def _important(terms: dict[str, float]) -> list[tuple[str, float]]:
@@ -149,4 +178,6 @@ def _number(value: float) -> str:
 
 
 def _count(value: int) -> str:
+    if value < 10_000:
+        return str(value)
     return f"{value / 1e6:.2f}M" if value >= 1_000_000 else f"{value / 1e3:.0f}k"

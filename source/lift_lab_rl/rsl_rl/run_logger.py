@@ -7,6 +7,7 @@ transfer. Tags are rsl_rl's; ``Reward / ...`` and ``Episode / ...`` are skrl's, 
 from __future__ import annotations
 
 import statistics
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -106,7 +107,10 @@ class RunLogger(Logger):
         if self.writer is not None:
             for tag, value in self._scalars(report, losses, rnd_weight).items():
                 self.writer.add_scalar(tag, value, report.iteration)
-            if not isinstance(self.writer, LogWriter):
+            if isinstance(self.writer, LogWriter):
+                for video in sorted(Path(str(self.log_dir)).glob("videos/*/[!.]*.mp4")):
+                    self.writer.save_video(video, report.iteration)
+            else:
                 # A kill loses the running iteration at most.
                 self.writer.flush()  # type: ignore[union-attr]
         self.ep_extras.clear()

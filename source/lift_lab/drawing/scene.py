@@ -1,0 +1,197 @@
+"""Off-screen frames of one or many environments with MuJoCo's own renderer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from . import shapes
+
+NO_OPENGL = (
+    "no OpenGL library was found. On Debian or Ubuntu install libegl1 libgl1-mesa-dri libopengl0, and set MUJOCO_GL=egl"
+)
+"""What to do where nothing can be drawn."""
+
+_HORIZON, _ZENITH = (236, 239, 243), (150, 176, 205)
+"""Colours of the sky, at the bottom and at the top of a frame."""
+_ROOM = 64
+"""Geoms that a scene has room for beyond those of the model and the markers."""
+
+
+class DrawError(RuntimeError):
+    """Nothing can be drawn."""
+
+
+@dataclass
+class View:
+    """A camera that turns about a point."""
+
+    lookat: tuple[float, float, float] = (0.35, 0.0, 0.2)
+    """Point looked at, in m."""
+    distance: float = 1.6
+    """Distance from it in m."""
+    azimuth_deg: float = 140.0
+    elevation_deg: float = -20.0
+
+
+@dataclass
+class Picture:
+    """What one frame shows: the state of one or many environments, and what is drawn over them."""
+
+    qpos: np.ndarray
+    """Positions of the environments drawn, shape (n, nq)."""
+    mocap_pos: np.ndarray
+    """Positions of the bodies moved by hand in m, shape (n, nmocap, 3)."""
+    mocap_quat: np.ndarray
+    """Their orientations, shape (n, nmocap, 4)."""
+    view: View = field(default_factory=View)
+    """Camera, where the drawer has none of the model's."""
+    markers: list[shapes.Placed] = field(default_factory=list)
+    """Shapes drawn besides, in the frame's coordinates."""
+    lines: list[tuple[str, str]] = field(default_factory=list)
+    """Text over the picture: label and value of each line."""
+
+
+class SceneDrawer:
+    """Draws frames of one size and model. Bound to the thread that made it."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        width: int,
+        height: int,
+        origins: np.ndarray,
+        camera: str | None = None,
+        fine: bool = False,
+    ):
+        """Open an off-screen context.
+
+        Args:
+            model: the compiled model of one environment; its drawing settings are changed.
+            width: of a frame in pixels.
+            height: of a frame in pixels.
+            origins: where each environment stands in the frame in m, shape (n, 3).
+            camera: name of a camera of the model, seen in the first environment; None for the picture's view.
+            fine: smooth edges and sharp shadows, at about four times the cost.
+
+        Raises:
+            DrawError: no OpenGL library could be opened, or there is no such camera.
+        """
+        self._model, self._origins = model, np.asarray(origins, dtype=np.float32)
+        self._camera_id = _camera_id(model, camera)
+        settings: Any = model.vis
+        settings.global_.offwidth, settings.global_.offheight = width, height
+        settings.quality.shadowsize = 4096 if fine else 1024
+        settings.quality.offsamples = 4 if fine else 0
+        self._data = mujoco.MjData(model)
+        self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
+        self._scene: mujoco.MjvScene | None = None
+        self._grounds = _grounds(model)
+        scale = 100 if height < 600 else 150 if height < 1000 else 200
+        try:
+            self._context: Any = mujoco.GLContext(width, height)
+            self._context.make_current()
+            self._renderer = mujoco.MjrContext(model, scale)
+        except (RuntimeError, ImportError, AttributeError, mujoco.FatalError) as error:
+            raise DrawError(f"{NO_OPENGL} ({error})") from error
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._renderer)
+        self._area = mujoco.MjrRect(0, 0, width, height)
+        self._pixels = np.zeros((height, width, 3), dtype=np.uint8)
+        self._depth = np.zeros((height, width), dtype=np.float32)
+        # rows from the bottom, as OpenGL's
+        self._sky = np.linspace(_HORIZON, _ZENITH, height).round().astype(np.uint8)[:, None].repeat(width, axis=1)
+
+    def draw(self, picture: Picture) -> np.ndarray:
+        """Draw one frame, shape (height, width, 3), uint8."""
+        self._context.make_current()
+        scene = self._fill(picture)
+        mujoco.mjr_render(self._area, scene, self._renderer)
+        mujoco.mjr_readPixels(self._pixels, self._depth, self._area, self._renderer)
+        nothing = self._depth >= 1.0
+        self._pixels[nothing] = self._sky[nothing]
+        if picture.lines:
+            labels, values = ("\n".join(column) for column in zip(*picture.lines, strict=True))
+            font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
+            mujoco.mjr_drawPixels(self._pixels.reshape(-1, 1), None, self._area, self._renderer)
+            mujoco.mjr_overlay(font, corner, self._area, labels, values, self._renderer)
+            mujoco.mjr_readPixels(self._pixels, None, self._area, self._renderer)
+        return self._pixels[::-1].copy()
+
+    def _fill(self, picture: Picture) -> mujoco.MjvScene:
+        """The scene with every environment and marker in it."""
+        model, data = self._model, self._data
+        wanted = (model.ngeom + model.nflex + 8) * len(self._origins) + _ROOM
+        wanted += sum(placed.num_geoms for placed in picture.markers)
+        if self._scene is None or self._scene.maxgeom < wanted:
+            self._scene = mujoco.MjvScene(model, wanted)
+        scene = self._scene
+        every = int(mujoco.mjtCatBit.mjCAT_ALL)
+        for k, origin in enumerate(self._origins):
+            data.qpos[:] = picture.qpos[k]
+            if model.nmocap:
+                data.mocap_pos[:], data.mocap_quat[:] = picture.mocap_pos[k], picture.mocap_quat[k]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_flex(model, data)
+            mujoco.mj_tendon(model, data)
+            mujoco.mj_camlight(model, data)
+            if k == 0:
+                mujoco.mjv_updateScene(model, data, self._option, self._perturb, self._camera(picture), every, scene)
+                self._shift(scene, 0, origin)
+            else:
+                first = scene.ngeom
+                groups = model.geom_group[self._grounds]
+                model.geom_group[self._grounds] = mujoco.mjNGROUP - 1  # one ground is enough
+                mujoco.mjv_addGeoms(model, data, self._option, self._perturb, every, scene)
+                model.geom_group[self._grounds] = groups
+                self._shift(scene, first, origin)
+        for placed in picture.markers:
+            shapes.add(scene, placed)
+        return scene
+
+    def _camera(self, picture: Picture) -> mujoco.MjvCamera:
+        camera = mujoco.MjvCamera()
+        if self._camera_id is not None:
+            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera_id
+            return camera
+        view = picture.view
+        camera.lookat[:] = view.lookat
+        camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth_deg, view.elevation_deg
+        return camera
+
+    def _shift(self, scene: mujoco.MjvScene, first: int, origin: np.ndarray) -> None:
+        if not origin.any():
+            return
+        for i in range(first, scene.ngeom):
+            scene.geoms[i].pos[:] += origin
+
+    def close(self) -> None:
+        """Free the context. May be called again."""
+        if self._context is not None:
+            self._renderer.free()
+            self._context.free()
+            self._context = None
+
+
+def _camera_id(model: mujoco.MjModel, name: str | None) -> int | None:
+    """Id of a camera whose name is or ends with ``name``.
+
+    Raises:
+        DrawError: there is none, or there are several.
+    """
+    if name is None:
+        return None
+    names = [model.camera(i).name for i in range(model.ncam)]
+    found = [i for i, known in enumerate(names) if known == name or known.endswith(f"/{name}")]
+    if len(found) != 1:
+        known = f"its cameras: {', '.join(names)}" if names else "it has none"
+        raise DrawError(f"the scene has {'no' if not found else 'more than one'} camera '{name}'; {known}")
+    return found[0]
+
+
+def _grounds(model: mujoco.MjModel) -> np.ndarray:
+    """Ids of the planes that are fixed to the world."""
+    return np.flatnonzero((model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)) & (model.geom_bodyid == 0))

@@ -1,0 +1,241 @@
+"""From an environment to what a renderer draws: its state, markers, figures, and where the camera stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from lift_lab.drawing.film import Film, model_bytes
+from lift_lab.drawing.scene import Picture, View
+from lift_lab.drawing.shapes import Placed
+from lift_lab.markers import VisualizationMarkers
+from lift_lab.sim.rendering import RenderView
+from lift_lab.utils.errors import ConfigError, suggest
+
+if TYPE_CHECKING:
+    from .manager_based_env import ManagerBasedEnv
+
+_FREE_CAMERA = "OmniverseKit_Persp"
+_WIDER = 1.5
+"""How much further the camera stands back for each m that the environments in a frame are spread."""
+
+
+@dataclass
+class Look:
+    """What was seen at one moment, still on the environment's device: nothing waits for it."""
+
+    qpos: torch.Tensor
+    """Of the environments in the frame, shape (n, nq)."""
+    mocap_pos: torch.Tensor
+    """Shape (n, nmocap, 3)."""
+    mocap_quat: torch.Tensor
+    """Shape (n, nmocap, 4)."""
+    followed_w: torch.Tensor | None
+    """Position of what the camera follows in m, shape (3,)."""
+    markers: list[tuple[VisualizationMarkers, tuple[torch.Tensor, ...]]]
+    """Groups that are shown, with positions, orientations, scales and shape numbers of their instances."""
+    figures: torch.Tensor | None
+    """Age of the episode in steps, its return, and the value of each reward term, shape (2 + terms,)."""
+
+
+class Filming:
+    """Looks at the environments that ``env.cfg.viewer`` names."""
+
+    def __init__(self, env: ManagerBasedEnv):
+        """Choose environments and camera.
+
+        Raises:
+            ConfigError: the viewer names an environment, origin, asset or body that does not exist.
+        """
+        self._env, self._viewer = env, env.cfg.viewer
+        viewer = self._viewer
+        if not 0 <= viewer.env_index < env.num_envs:
+            raise ConfigError(f"viewer.env_index {viewer.env_index} is not within the {env.num_envs} environments")
+        if not 1 <= viewer.num_envs <= env.num_envs:
+            raise ConfigError(f"viewer.num_envs {viewer.num_envs} is not within the {env.num_envs} environments")
+        self._centre_w = env.scene.env_origins[viewer.env_index]
+        """The origin of the frame."""
+        offsets = (env.scene.env_origins - self._centre_w).cpu()
+        distances = offsets.norm(dim=1)
+        distances[viewer.env_index] = -1.0  # the one that the viewer names comes first
+        chosen = distances.argsort(stable=True)[: viewer.num_envs]
+        self.env_ids: tuple[int, ...] = tuple(chosen.tolist())
+        self.origins: np.ndarray = offsets[chosen].numpy()
+        """Where each environment stands in the frame in m, shape (n, 3)."""
+        self._half_cell = _half_cell(offsets, chosen)
+        self._middle = self.origins.mean(axis=0)
+        self._spread = float(np.linalg.norm(self.origins - self._middle, axis=1).max())
+        self._follow = _followed(env)
+        self._rows: dict[tuple[int, int], torch.Tensor] = {}
+        if math.dist(viewer.eye, viewer.lookat) == 0.0:
+            raise ConfigError(f"viewer.eye and viewer.lookat are the same point {tuple(viewer.eye)}")
+        leaf = viewer.cam_prim_path.rstrip("/").rsplit("/", 1)[-1]
+        self.camera: str | None = None if leaf in ("", _FREE_CAMERA) else leaf
+        """Name of the model's camera that sees, or None."""
+
+    def look(self) -> Look:
+        """What there is to see now."""
+        env = self._env
+        update_markers(env)
+        ids = list(self.env_ids)
+        state = (env.sim.physics.field(name)[ids] for name in ("qpos", "mocap_pos", "mocap_quat"))
+        markers = []
+        for group in VisualizationMarkers.of(env.sim):
+            if group.is_visible() and group.count:
+                rows = self._rows_of(group)
+                fields = (group.positions_w, group.quats_w, group.scales, group.marker_indices)
+                markers.append((group, tuple(values[rows.to(values.device)] for values in fields)))
+        followed = None if self._follow is None else self._follow() - self._centre_w
+        return Look(*state, followed_w=followed, markers=markers, figures=self._figures())
+
+    def picture(self, look: Look) -> Picture:
+        """The picture of a look, on the CPU."""
+        placed = []
+        centre = self._centre_w.cpu().numpy()
+        for group, fields in look.markers:
+            positions, quats, scales, numbers = (values.cpu().numpy() for values in fields)
+            for number, shape in enumerate(group.primitives):
+                here = numbers == number
+                if shape and here.any():
+                    placed.append(Placed(shape, positions[here] - centre, quats[here], scales[here]))
+        return Picture(
+            look.qpos.cpu().numpy(),
+            look.mocap_pos.cpu().numpy(),
+            look.mocap_quat.cpu().numpy(),
+            self._view(look),
+            placed,
+            self._lines(look),
+        )
+
+    def film(self, looks: list[Look], fps: float) -> Film:
+        """Looks as a film."""
+        width, height = self._viewer.resolution
+        return Film(
+            model_bytes(self._env.sim.model),
+            width,
+            height,
+            fps,
+            self.origins,
+            self.camera,
+            self._viewer.quality == "fine",
+            [self.picture(look) for look in looks],
+        )
+
+    def _view(self, look: Look) -> View:
+        viewer = self._viewer
+        origin = (0.0, 0.0, 0.0) if look.followed_w is None else look.followed_w.tolist()
+        lookat = [o + p + float(m) for o, p, m in zip(origin, viewer.lookat, self._middle, strict=True)]
+        ahead = [p - e for e, p in zip(viewer.eye, viewer.lookat, strict=True)]
+        distance = math.hypot(*ahead)
+        return View(
+            lookat=(lookat[0], lookat[1], lookat[2]),
+            distance=distance + _WIDER * self._spread,
+            azimuth_deg=math.degrees(math.atan2(ahead[1], ahead[0])),
+            elevation_deg=math.degrees(math.asin(ahead[2] / distance)),
+        )
+
+    # -- figures over the picture
+
+    def _figures(self) -> torch.Tensor | None:
+        env: Any = self._env
+        if not self._viewer.show_rewards or not hasattr(env, "reward_manager"):
+            return None
+        index, manager = self._viewer.env_index, env.reward_manager
+        head = torch.stack((env.episode_length_buf[index].float(), manager._sums[:, index].sum()))
+        return torch.cat((head, manager._values[:, index]))
+
+    def _lines(self, look: Look) -> list[tuple[str, str]]:
+        if look.figures is None:
+            return []
+        env: Any = self._env
+        (age, total), values = look.figures[:2].tolist(), look.figures[2:].tolist()
+        manager = env.reward_manager
+        lines = [("time", f"{age * env.step_dt:.2f} s"), ("return", f"{total:.2f}")]
+        for name, value in zip(manager.active_terms, values, strict=True):
+            lines.append((name, f"{value * manager.get_term_cfg(name).weight:.3f}"))
+        return lines
+
+    # -- which markers belong to the frame
+
+    def _rows_of(self, group: VisualizationMarkers) -> torch.Tensor:
+        """Instances of a group that belong to the environments in the frame.
+
+        One for each environment: by its number. Else those that stand in the environments' cells when this group is
+        first seen.
+        """
+        key = id(group), group.count
+        if key not in self._rows:
+            if group.count == self._env.num_envs:
+                self._rows[key] = torch.tensor(self.env_ids)
+            else:
+                origins = torch.from_numpy(self.origins)
+                offsets = (group.positions_w - self._centre_w).cpu().unsqueeze(1) - origins
+                near = (offsets[..., :2].abs() <= self._half_cell).all(dim=2).any(dim=1)
+                self._rows[key] = near.nonzero().flatten()
+        return self._rows[key]
+
+
+def render_view(env: ManagerBasedEnv) -> RenderView:
+    """The view that ``env.cfg.viewer`` asks for, with the markers of everything that has ``debug_vis``.
+
+    Raises:
+        ConfigError: the viewer names an environment, origin, asset or body that does not exist.
+    """
+    filming = Filming(env)
+    picture = filming.picture(filming.look())
+    width, height = env.cfg.viewer.resolution
+    return RenderView(
+        **vars(picture.view),
+        env_ids=filming.env_ids,
+        origins=filming.origins,
+        camera=filming.camera,
+        width=width,
+        height=height,
+        fine=env.cfg.viewer.quality == "fine",
+        markers=picture.markers,
+        lines=picture.lines,
+    )
+
+
+def update_markers(env: Any) -> None:
+    """Move the markers of commands, actions and sensors to the current state."""
+    for name in ("command_manager", "action_manager"):
+        if hasattr(env, name):
+            getattr(env, name).update_debug_vis()
+    for sensor in env.scene.sensors.values():
+        sensor.update_debug_vis()
+
+
+def _half_cell(offsets: torch.Tensor, chosen: torch.Tensor) -> float:
+    """Half the distance in m from the environments in the frame to their nearest neighbour."""
+    apart = torch.cdist(offsets[chosen], offsets).flatten()
+    apart = apart[apart > 1e-6]
+    return float(apart.min()) / 2 if len(apart) else math.inf
+
+
+def _followed(env: ManagerBasedEnv) -> Any:
+    """What eye and lookat are relative to: a function that returns its position in the world, or None."""
+    viewer = env.cfg.viewer
+    kinds = ("world", "env", "asset_root", "asset_body")
+    if viewer.origin_type not in kinds:
+        raise ConfigError(f"viewer.origin_type: unknown '{viewer.origin_type}': {suggest(viewer.origin_type, kinds)}")
+    if viewer.origin_type in ("world", "env"):
+        return None
+    assets = {**env.scene.articulations, **env.scene.rigid_objects}
+    if viewer.asset_name not in assets:
+        name = str(viewer.asset_name)
+        raise ConfigError(f"viewer.asset_name: the scene has no moving asset '{name}': {suggest(name, assets)}")
+    asset, index = assets[viewer.asset_name], viewer.env_index
+    if viewer.origin_type == "asset_root":
+        return lambda: asset.data.root_pos_w[index]
+    if viewer.body_name not in asset.body_names:
+        name = str(viewer.body_name)
+        raise ConfigError(
+            f"viewer.body_name: '{viewer.asset_name}' has no body '{name}': {suggest(name, asset.body_names)}"
+        )
+    body = asset.body_names.index(viewer.body_name)
+    return lambda: asset.data.body_pos_w[index, body]
