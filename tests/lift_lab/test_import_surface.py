@@ -20,12 +20,19 @@ SURFACE = {
         AssetBaseCfg DeformableObject DeformableObjectCfg RigidObjectCollection RigidObjectCollectionCfg SurfaceGripper
         SurfaceGripperCfg""",
     "assets.articulation": "Articulation ArticulationCfg ArticulationData",
-    "actuators": "ImplicitActuatorCfg IdealPDActuatorCfg DCMotorCfg",
+    "actuators": """ActuatorBase ActuatorBaseCfg ImplicitActuator ImplicitActuatorCfg IdealPDActuator IdealPDActuatorCfg
+        DCMotor DCMotorCfg DelayedPDActuator DelayedPDActuatorCfg RemotizedPDActuator RemotizedPDActuatorCfg
+        ActuatorNetMLP ActuatorNetMLPCfg ActuatorNetLSTM ActuatorNetLSTMCfg""",
     "actuators.actuator_cfg": "ImplicitActuatorCfg IdealPDActuatorCfg DCMotorCfg",
-    "envs": "ManagerBasedEnv ManagerBasedEnvCfg ManagerBasedRLEnv ManagerBasedRLEnvCfg ViewerCfg mdp",
-    "envs.mdp": "joint_pos_rel generated_commands modify_reward_weight imu_lin_acc reset_scene_to_default time_out",
+    "actuators.actuator_pd_cfg": "ImplicitActuatorCfg IdealPDActuatorCfg DCMotorCfg DelayedPDActuatorCfg",
+    "actuators.actuator_net_cfg": "ActuatorNetMLPCfg ActuatorNetLSTMCfg",
+    "envs": """ManagerBasedEnv ManagerBasedEnvCfg ManagerBasedRLEnv ManagerBasedRLEnvCfg ViewerCfg mdp
+        DirectRLEnv DirectRLEnvCfg DirectMARLEnv DirectMARLEnvCfg multi_agent_to_single_agent""",
+    "envs.utils.io_descriptors": "generic_io_descriptor record_shape record_dtype record_joint_names",
+    "envs.mdp": """joint_pos_rel generated_commands modify_reward_weight imu_lin_acc reset_scene_to_default time_out
+        randomize_rigid_body_com randomize_actuator_gains push_by_setting_velocity apply_external_force_torque""",
     "envs.mdp.actions.actions_cfg": """JointPositionActionCfg BinaryJointPositionActionCfg
-        DifferentialInverseKinematicsActionCfg OperationalSpaceControllerActionCfg""",
+        DifferentialInverseKinematicsActionCfg OperationalSpaceControllerActionCfg SurfaceGripperBinaryActionCfg""",
     "managers": """ActionTermCfg CommandTermCfg CurriculumTermCfg EventTermCfg ObservationTermCfg RewardTermCfg
         TerminationTermCfg ActionManager CommandManager CurriculumManager EventManager ObservationManager RewardManager
         TerminationManager ObservationGroupCfg SceneEntityCfg ManagerTermBase RecorderManager RecorderTerm
@@ -33,7 +40,7 @@ SURFACE = {
     "scene": "InteractiveScene InteractiveSceneCfg",
     "sensors": """FrameTransformer FrameTransformerCfg FrameTransformerData OffsetCfg ContactSensor ContactSensorCfg
         ContactSensorData Imu ImuCfg ImuData Camera CameraCfg TiledCamera TiledCameraCfg RayCaster RayCasterCfg
-        RayCasterCamera RayCasterCameraCfg SensorBase SensorBaseCfg patterns""",
+        RayCasterCamera RayCasterCameraCfg MultiMeshRayCasterCfg SensorBase SensorBaseCfg patterns""",
     "sensors.frame_transformer": "FrameTransformer FrameTransformerCfg FrameTransformerData OffsetCfg",
     "sensors.frame_transformer.frame_transformer_cfg": "FrameTransformerCfg OffsetCfg",
     "sensors.frame_transformer.frame_transformer_data": "FrameTransformerData",
@@ -41,7 +48,7 @@ SURFACE = {
     "sensors.imu.imu_cfg": "ImuCfg",
     "sensors.camera.camera_cfg": "CameraCfg",
     "sensors.camera.tiled_camera_cfg": "TiledCameraCfg",
-    "sensors.ray_caster.patterns": "GridPatternCfg LidarPatternCfg PinholeCameraPatternCfg",
+    "sensors.ray_caster.patterns": "GridPatternCfg LidarPatternCfg BpearlPatternCfg PinholeCameraPatternCfg",
     "markers": "VisualizationMarkers VisualizationMarkersCfg",
     "markers.config": "FRAME_MARKER_CFG SPHERE_MARKER_CFG CUBOID_MARKER_CFG RAY_CASTER_MARKER_CFG",
     "controllers": """DifferentialIKController DifferentialIKControllerCfg OperationalSpaceController
@@ -59,7 +66,10 @@ SURFACE = {
     "devices.openxr.xr_cfg": "XrCfg XrAnchorRotationMode",
     "devices.openxr.retargeters": "GripperRetargeterCfg Se3AbsRetargeterCfg Se3RelRetargeterCfg",
     "devices.openxr.retargeters.manipulator.se3_abs_retargeter": "Se3AbsRetargeterCfg",
-    "terrains": "TerrainImporter TerrainImporterCfg TerrainGeneratorCfg SubTerrainBaseCfg",
+    "sim.spawners.wrappers": "MultiAssetSpawnerCfg MultiUsdFileCfg",
+    "terrains": """TerrainImporter TerrainImporterCfg TerrainGeneratorCfg SubTerrainBaseCfg HfRandomUniformTerrainCfg
+        HfWaveTerrainCfg MeshPlaneTerrainCfg MeshPyramidStairsTerrainCfg MeshRepeatedBoxesTerrainCfg""",
+    "terrains.config.rough": "ROUGH_TERRAINS_CFG",
     "utils": "configclass",
     "utils.assets": "ISAAC_NUCLEUS_DIR ISAACLAB_NUCLEUS_DIR NVIDIA_NUCLEUS_DIR check_file_path retrieve_file_path",
     "utils.math": "quat_apply quat_mul subtract_frame_transforms combine_frame_transforms sample_uniform wrap_to_pi",
@@ -77,6 +87,7 @@ OTHER_ROOTS = {
     "lift_lab_assets.robots.franka": "FRANKA_PANDA_CFG FRANKA_PANDA_HIGH_PD_CFG",
     "lift_lab_assets.robots.cartpole": "CARTPOLE_CFG",
     "lift_lab_rl.rsl_rl": """RslRlOnPolicyRunnerCfg RslRlPpoActorCriticCfg RslRlPpoAlgorithmCfg RslRlSymmetryCfg
+        RslRlDistillationRunnerCfg RslRlDistillationStudentTeacherCfg RslRlDistillationAlgorithmCfg
         RslRlVecEnvWrapper export_policy_as_jit export_policy_as_onnx""",
 }
 MODULES = {f"lift_lab.{module}": names for module, names in SURFACE.items()} | OTHER_ROOTS
@@ -102,12 +113,6 @@ def _ray_caster():
         mesh_prim_paths=["/World/ground"],
         pattern_cfg=patterns.GridPatternCfg(resolution=0.1, size=(1.6, 1.0)),
     )
-
-
-def _deformable():
-    from lift_lab.assets import DeformableObjectCfg
-
-    return DeformableObjectCfg(prim_path="{ENV_REGEX_NS}/Object")
 
 
 def _collection():
@@ -140,7 +145,6 @@ def _headset():
     [
         (_camera, "image sensors are not simulated"),
         (_ray_caster, "ray casters are not simulated"),
-        (_deformable, "deformable objects are not simulated"),
         (_collection, "rigid object collections are not supported: give 'red' a field of the scene each"),
         (_gripper, "surface grippers are not simulated"),
         (_keyboard, "Se3Keyboard: teleoperation devices are not supported"),
@@ -153,6 +157,70 @@ def test_a_config_of_what_is_missing_holds_data_and_its_object_says_so(make, mes
     assert cfg.copy().to_dict() == cfg.to_dict()
     with pytest.raises(LiftLabError, match=message):
         cfg.class_type(cfg)
+
+
+def test_what_only_isaac_labs_spawners_and_terrains_make_says_so_when_it_is_spawned():
+    import lift_lab.sim as sim_utils
+    from lift_lab.terrains.config.rough import ROUGH_TERRAINS_CFG
+
+    urdf = sim_utils.UrdfFileCfg(asset_path="arm.urdf", fix_base=True)
+    mjcf = sim_utils.MjcfFileCfg(asset_path="arm.xml", fix_base=True)
+    several = sim_utils.MultiAssetSpawnerCfg(assets_cfg=[sim_utils.SphereCfg(radius=0.1)])
+    files = sim_utils.MultiUsdFileCfg(usd_path=["a.usd", "b.usd"])
+    for spawner, message in (
+        (urdf, "URDF files are not loaded; convert 'arm.urdf' to USD"),
+        (mjcf, "MJCF files are not loaded; convert 'arm.xml' to USD"),
+        (several, "all environments share one model; spawn one of the assets_cfg"),
+        (files, "all environments share one model; name one of the files"),
+    ):
+        spawner.validate()
+        with pytest.raises(LiftLabError, match=message):
+            spawner.func("/World/Object", spawner)
+    ROUGH_TERRAINS_CFG.validate()
+    stairs = ROUGH_TERRAINS_CFG.sub_terrains["pyramid_stairs"]
+    with pytest.raises(LiftLabError, match="MeshPyramidStairsTerrainCfg: terrains are not generated"):
+        stairs.function(0.5, stairs)
+
+
+def test_the_direct_workflow_has_types_to_ask_for_and_no_environments():
+    from lift_lab import envs
+
+    assert not isinstance(envs.ManagerBasedRLEnvCfg, envs.DirectRLEnvCfg)
+    for make in (envs.DirectRLEnvCfg, envs.DirectMARLEnvCfg, lambda: envs.DirectRLEnv(None)):
+        with pytest.raises(LiftLabError, match="only the manager-based workflow exists here"):
+            make()
+
+
+def test_a_described_observation_term_is_the_term_itself():
+    from lift_lab.envs.utils.io_descriptors import generic_io_descriptor, record_shape
+
+    @generic_io_descriptor(units="rad", on_inspect=[record_shape])
+    def height(env):
+        return env
+
+    @generic_io_descriptor
+    def width(env):
+        return env
+
+    assert (height(3), width(4), height.__name__) == (3, 4, "height")
+
+
+def test_a_terrain_pose_command_and_a_surface_gripper_action_say_what_is_missing():
+    from lift_lab.envs import mdp
+
+    pose = mdp.TerrainBasedPose2dCommandCfg(
+        asset_name="robot",
+        simple_heading=True,
+        resampling_time_range=(1.0, 1.0),
+        ranges=mdp.TerrainBasedPose2dCommandCfg.Ranges(heading=(-1.0, 1.0)),
+    )
+    for cfg, message in (
+        (pose, "needs a generated terrain"),
+        (mdp.SurfaceGripperBinaryActionCfg(asset_name="gripper"), "surface grippers are not simulated"),
+    ):
+        cfg.validate()
+        with pytest.raises(LiftLabError, match=message):
+            cfg.class_type(cfg, None)
 
 
 def test_a_retargeter_and_an_unknown_device_say_so():

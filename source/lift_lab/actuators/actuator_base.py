@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import torch
+
+from lift_lab.utils.types import ArticulationActions
 
 if TYPE_CHECKING:
     from .actuator_cfg import ActuatorBaseCfg
 
 
 class ActuatorBase:
-    """A group of joints driven by one model.
+    """A group of joints driven by one model (Isaac Lab's class of this name, with the same hooks to override).
 
     Tensors have shape (num_envs, num_joints of the group); joint efforts in N m or N.
     """
@@ -19,25 +22,66 @@ class ActuatorBase:
     is_implicit_model: ClassVar[bool] = False
     """Whether the engine computes the effort."""
 
+    computed_effort: torch.Tensor
+    """What the model asked for at the last :meth:`compute`."""
+    applied_effort: torch.Tensor
+    """What it gave after clipping."""
+    effort_limit: torch.Tensor
+    velocity_limit: torch.Tensor
+    stiffness: torch.Tensor
+    damping: torch.Tensor
+    armature: torch.Tensor
+    friction: torch.Tensor
+    dynamic_friction: torch.Tensor
+    viscous_friction: torch.Tensor
+
     def __init__(
         self,
         cfg: ActuatorBaseCfg,
         joint_names: list[str],
-        joint_ids: torch.Tensor,
-        stiffness: torch.Tensor,
-        damping: torch.Tensor,
-        effort_limit: torch.Tensor,
-        velocity_limit: torch.Tensor,
+        joint_ids: slice | torch.Tensor,
+        num_envs: int,
+        device: str,
+        stiffness: torch.Tensor | float = 0.0,
+        damping: torch.Tensor | float = 0.0,
+        armature: torch.Tensor | float = 0.0,
+        friction: torch.Tensor | float = 0.0,
+        dynamic_friction: torch.Tensor | float = 0.0,
+        viscous_friction: torch.Tensor | float = 0.0,
+        effort_limit: torch.Tensor | float = torch.inf,
+        velocity_limit: torch.Tensor | float = torch.inf,
     ):
+        """Keep what the articulation resolved from the config and the USD file.
+
+        Args:
+            cfg: the group's config.
+            joint_names: names of the group's joints.
+            joint_ids: their indices in the articulation.
+            num_envs: number of environments.
+            device: torch device.
+            stiffness: and all that follow: one value, or shape (num_envs, num_joints).
+        """
         self.cfg = cfg
         self._joint_names = joint_names
-        self._joint_ids = joint_ids
-        self.stiffness = stiffness
-        self.damping = damping
-        self.effort_limit = effort_limit
-        self.velocity_limit = velocity_limit
-        self.computed_effort = torch.zeros_like(stiffness)
-        self.applied_effort = torch.zeros_like(stiffness)
+        self._joint_indices = joint_ids
+        self._num_envs = num_envs
+        self._device = device
+        values = {
+            "stiffness": stiffness,
+            "damping": damping,
+            "armature": armature,
+            "friction": friction,
+            "dynamic_friction": dynamic_friction,
+            "viscous_friction": viscous_friction,
+            "effort_limit": effort_limit,
+            "velocity_limit": velocity_limit,
+        }
+        shape = (num_envs, len(joint_names))
+        for name, value in values.items():
+            value = torch.as_tensor(value, dtype=torch.float32, device=device)
+            setattr(self, name, value.expand(shape).clone())
+        self.computed_effort = torch.zeros(shape, device=device)
+        self.applied_effort = torch.zeros(shape, device=device)
 
     @property
     def num_joints(self) -> int:
@@ -50,29 +94,25 @@ class ActuatorBase:
         return self._joint_names
 
     @property
-    def joint_indices(self) -> torch.Tensor:
+    def joint_indices(self) -> slice | torch.Tensor:
         """Indices of the group's joints in the articulation."""
-        return self._joint_ids
+        return self._joint_indices
 
-    def reset(self, env_ids: torch.Tensor | slice | None) -> None:
-        """Forget internal state of some environments. These models have none."""
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
+        """Forget the internal state of some environments; None means all."""
 
     def compute(
-        self,
-        position_target: torch.Tensor,
-        velocity_target: torch.Tensor,
-        effort_target: torch.Tensor,
-        joint_pos: torch.Tensor,
-        joint_vel: torch.Tensor,
-    ) -> torch.Tensor:
-        """Effort of the PD law with feed-forward, clipped; all arguments of the group, shape (num_envs, num_joints)."""
-        self.computed_effort = (
-            self.stiffness * (position_target - joint_pos)
-            + self.damping * (velocity_target - joint_vel)
-            + effort_target
-        )
-        self.applied_effort = self._clip(self.computed_effort, joint_vel)
-        return self.applied_effort
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """The effort for targets at a joint state, as ``joint_efforts`` of what is returned.
 
-    def _clip(self, effort: torch.Tensor, joint_vel: torch.Tensor) -> torch.Tensor:
+        Args:
+            control_action: position, velocity and effort targets of the group's joints.
+            joint_pos: positions in rad or m, shape (num_envs, num_joints).
+            joint_vel: velocities in rad/s or m/s, same shape.
+        """
+        raise NotImplementedError
+
+    def _clip_effort(self, effort: torch.Tensor) -> torch.Tensor:
+        """Clip at the effort limit."""
         return torch.clamp(effort, -self.effort_limit, self.effort_limit)

@@ -1,5 +1,9 @@
-"""Isaac Lab's module path of the actuator configs."""
+"""Isaac Lab's module path of these configs."""
 
-from .actuator_cfg import ActuatorBaseCfg, DCMotorCfg, IdealPDActuatorCfg, ImplicitActuatorCfg
+from .actuator_cfg import (
+    ActuatorBaseCfg,
+)
 
-__all__ = ["ActuatorBaseCfg", "DCMotorCfg", "IdealPDActuatorCfg", "ImplicitActuatorCfg"]
+__all__ = [
+    "ActuatorBaseCfg",
+]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import MISSING
+from typing import Literal
 
 from lift_lab.utils import configclass
 
-from .actuator_pd import DCMotor, IdealPDActuator, ImplicitActuator
+from .actuator_net import ActuatorNetLSTM, ActuatorNetMLP
+from .actuator_pd import DCMotor, DelayedPDActuator, IdealPDActuator, ImplicitActuator, RemotizedPDActuator
 
 
 @configclass
@@ -59,3 +62,55 @@ class DCMotorCfg(IdealPDActuatorCfg):
     class_type: type = DCMotor
     saturation_effort: float = MISSING
     """Stall effort of the motor."""
+
+
+@configclass
+class DelayedPDActuatorCfg(IdealPDActuatorCfg):
+    """An ideal PD controller whose targets arrive late, by a lag drawn at each reset."""
+
+    class_type: type = DelayedPDActuator
+    min_delay: int = 0
+    """Least lag in physics steps."""
+    max_delay: int = 0
+    """Greatest lag in physics steps."""
+
+
+@configclass
+class RemotizedPDActuatorCfg(DelayedPDActuatorCfg):
+    """A delayed PD controller whose effort limit depends on the joint's angle."""
+
+    class_type: type = RemotizedPDActuator
+    joint_parameter_lookup: list[list[float]] = MISSING
+    """Rows of joint angle (rad, ascending), transmission ratio, effort limit (N m)."""
+
+
+@configclass
+class ActuatorNetLSTMCfg(DCMotorCfg):
+    """A recurrent network from position error and velocity to effort, clipped as a DC motor."""
+
+    class_type: type = ActuatorNetLSTM
+    stiffness: dict[str, float] | float | None = None
+    damping: dict[str, float] | float | None = None
+    network_file: str = MISSING
+    """Path of the TorchScript file."""
+
+
+@configclass
+class ActuatorNetMLPCfg(DCMotorCfg):
+    """A network from a history of position errors and velocities to effort, clipped as a DC motor."""
+
+    class_type: type = ActuatorNetMLP
+    stiffness: dict[str, float] | float | None = None
+    damping: dict[str, float] | float | None = None
+    network_file: str = MISSING
+    """Path of the TorchScript file."""
+    pos_scale: float = MISSING
+    """Factor of the position errors."""
+    vel_scale: float = MISSING
+    """Factor of the velocities."""
+    torque_scale: float = MISSING
+    """Factor of the network's answer."""
+    input_order: Literal["pos_vel", "vel_pos"] = MISSING
+    """Whether position errors or velocities come first."""
+    input_idx: Sequence[int] = MISSING
+    """Which physics steps enter: 0 is now, n is n steps ago."""

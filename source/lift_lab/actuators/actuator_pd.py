@@ -2,21 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import torch
+
+from lift_lab.utils.buffers import DelayBuffer
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.interpolation import LinearInterpolation
+from lift_lab.utils.types import ArticulationActions
 
 from .actuator_base import ActuatorBase
 
+if TYPE_CHECKING:
+    from .actuator_cfg import DCMotorCfg, DelayedPDActuatorCfg, RemotizedPDActuatorCfg
 
-class ImplicitActuator(ActuatorBase):
+
+def _targets(action: ArticulationActions) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    position, velocity, effort = action.joint_positions, action.joint_velocities, action.joint_efforts
+    assert position is not None
+    assert velocity is not None
+    assert effort is not None
+    return position, velocity, effort
+
+
+class _PDActuator(ActuatorBase):
+    """tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped."""
+
+    def compute(
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """See :meth:`ActuatorBase.compute`."""
+        position, velocity, effort = _targets(control_action)
+        self.computed_effort = self.stiffness * (position - joint_pos) + self.damping * (velocity - joint_vel) + effort
+        self.applied_effort = self._clip_effort(self.computed_effort)
+        return ArticulationActions(joint_efforts=self.applied_effort, joint_indices=control_action.joint_indices)
+
+
+class ImplicitActuator(_PDActuator):
     """The engine's own PD drive: tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped at the effort limit.
 
-    :meth:`compute` gives the same law's value for data and rewards; it does not drive the joint.
+    :meth:`compute` gives the same law's value; it does not drive the joint.
     """
 
     is_implicit_model = True
 
 
-class IdealPDActuator(ActuatorBase):
+class IdealPDActuator(_PDActuator):
     """The same law computed in torch before each physics step and applied as an effort."""
 
 
@@ -24,12 +56,117 @@ class DCMotor(IdealPDActuator):
     """An ideal PD controller behind a DC motor's torque-speed line.
 
     The effort at velocity qd lies between ``saturation_effort * (-1 - qd / velocity_limit)`` and
-    ``saturation_effort * (1 - qd / velocity_limit)``, and within the effort limit.
+    ``saturation_effort * (1 - qd / velocity_limit)``, and within the effort limit. A joint that something else drives
+    faster than the no-load speed is braked, by the effort limit at most.
     """
 
-    def _clip(self, effort: torch.Tensor, joint_vel: torch.Tensor) -> torch.Tensor:
+    cfg: DCMotorCfg
+
+    def __init__(self, cfg: DCMotorCfg, *args: Any, **kwargs: Any):
+        """See :class:`ActuatorBase`."""
+        super().__init__(cfg, *args, **kwargs)
+        self._joint_vel = torch.zeros_like(self.computed_effort)
+
+    def compute(
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """See :meth:`ActuatorBase.compute`."""
+        self._joint_vel = joint_vel
+        return super().compute(control_action, joint_pos, joint_vel)
+
+    def _clip_effort(self, effort: torch.Tensor) -> torch.Tensor:
         stall = self.cfg.saturation_effort
-        ratio = joint_vel / self.velocity_limit
-        highest = torch.minimum((stall * (1.0 - ratio)).clamp(min=0.0), self.effort_limit)
-        lowest = torch.maximum((stall * (-1.0 - ratio)).clamp(max=0.0), -self.effort_limit)
+        ratio = self._joint_vel / self.velocity_limit
+        limit = self.effort_limit
+        highest = torch.clamp(stall * (1.0 - ratio), -limit, limit)
+        lowest = torch.clamp(stall * (-1.0 - ratio), -limit, limit)
         return torch.clamp(effort, lowest, highest)
+
+
+class DelayedPDActuator(IdealPDActuator):
+    """An ideal PD controller whose targets arrive some physics steps late.
+
+    Each reset draws the lag of its environments from the config's ``min_delay`` to ``max_delay``; until the first
+    reset there is none.
+    """
+
+    cfg: DelayedPDActuatorCfg
+
+    def __init__(self, cfg: DelayedPDActuatorCfg, *args: Any, **kwargs: Any):
+        """See :class:`ActuatorBase`.
+
+        Raises:
+            ConfigError: the delays are no range.
+        """
+        super().__init__(cfg, *args, **kwargs)
+        if not 0 <= cfg.min_delay <= cfg.max_delay:
+            raise ConfigError(
+                f"{type(cfg).__name__}: min_delay must lie between 0 and max_delay {cfg.max_delay}, got {cfg.min_delay}"
+            )
+        self.positions_delay_buffer = DelayBuffer(cfg.max_delay, self._num_envs, self._device)
+        self.velocities_delay_buffer = DelayBuffer(cfg.max_delay, self._num_envs, self._device)
+        self.efforts_delay_buffer = DelayBuffer(cfg.max_delay, self._num_envs, self._device)
+
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
+        """Forget the targets of some environments and draw their lags anew."""
+        super().reset(env_ids)
+        ids = torch.arange(self._num_envs, device=self._device)[slice(None) if env_ids is None else env_ids]
+        lags = torch.randint(self.cfg.min_delay, self.cfg.max_delay + 1, (len(ids),), device=self._device)
+        for buffer in (self.positions_delay_buffer, self.velocities_delay_buffer, self.efforts_delay_buffer):
+            buffer.set_time_lag(lags, ids)
+            buffer.reset(ids)
+
+    def compute(
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """See :meth:`ActuatorBase.compute`."""
+        position, velocity, effort = _targets(control_action)
+        delayed = ArticulationActions(
+            joint_positions=self.positions_delay_buffer.compute(position),
+            joint_velocities=self.velocities_delay_buffer.compute(velocity),
+            joint_efforts=self.efforts_delay_buffer.compute(effort),
+            joint_indices=control_action.joint_indices,
+        )
+        return super().compute(delayed, joint_pos, joint_vel)
+
+
+class RemotizedPDActuator(DelayedPDActuator):
+    """A delayed PD controller whose effort limit depends on the joint's angle, by a table.
+
+    The config's own effort and velocity limits do not apply.
+    """
+
+    cfg: RemotizedPDActuatorCfg
+
+    def __init__(self, cfg: RemotizedPDActuatorCfg, *args: Any, **kwargs: Any):
+        """See :class:`ActuatorBase`."""
+        super().__init__(cfg, *args, **kwargs)
+        self.effort_limit.fill_(torch.inf)
+        self.velocity_limit.fill_(torch.inf)
+        self._lookup = torch.tensor(cfg.joint_parameter_lookup, dtype=torch.float32, device=self._device)
+        self._torque_limit = LinearInterpolation(self.angle_samples, self.max_torque_samples, self._device)
+
+    @property
+    def angle_samples(self) -> torch.Tensor:
+        """Angles of the table in rad, shape (num_samples,)."""
+        return self._lookup[:, 0]
+
+    @property
+    def transmission_ratio_samples(self) -> torch.Tensor:
+        """Transmission ratios of the table, shape (num_samples,)."""
+        return self._lookup[:, 1]
+
+    @property
+    def max_torque_samples(self) -> torch.Tensor:
+        """Effort limits of the table in N m, shape (num_samples,)."""
+        return self._lookup[:, 2]
+
+    def compute(
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """See :meth:`ActuatorBase.compute`."""
+        action = super().compute(control_action, joint_pos, joint_vel)
+        limit = self._torque_limit.compute(joint_pos)
+        self.applied_effort = torch.clamp(self.applied_effort, -limit, limit)
+        action.joint_efforts = self.applied_effort
+        return action

@@ -3,7 +3,7 @@
 from .articulation import Articulation, ArticulationCfg, ArticulationData
 from .asset_base import AssetBase
 from .asset_base_cfg import AssetBaseCfg
-from .deformable_object import DeformableObject, DeformableObjectCfg
+from .deformable_object import DeformableObject, DeformableObjectCfg, DeformableObjectData
 from .rigid_object import RigidObject, RigidObjectCfg, RigidObjectData
 from .rigid_object_collection import RigidObjectCollection, RigidObjectCollectionCfg
 from .surface_gripper import SurfaceGripper, SurfaceGripperCfg
@@ -16,6 +16,7 @@ __all__ = [
     "AssetBaseCfg",
     "DeformableObject",
     "DeformableObjectCfg",
+    "DeformableObjectData",
     "RigidObject",
     "RigidObjectCfg",
     "RigidObjectCollection",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import mujoco
 import numpy as np
@@ -48,6 +48,23 @@ class AssetBase:
         """Number of environments."""
         return self._physics.num_envs
 
+    @property
+    def is_initialized(self) -> bool:
+        """Whether the asset was found in the running engine."""
+        return hasattr(self, "_physics")
+
+    @property
+    def root_physx_view(self) -> NoReturn:
+        """PhysX's tensors, which do not exist here.
+
+        Raises:
+            AttributeError: always; names what there is.
+        """
+        raise AttributeError(
+            f"'{self.name}' has no root_physx_view: that is PhysX's; see get_masses, get_jacobians,"
+            " write_body_mass_to_sim, write_body_com_to_sim, write_friction_to_sim and the properties of data"
+        )
+
     def spawn_into(self, spec: mujoco.MjSpec, name: str) -> None:
         """Spawn the asset and attach it to a scene's spec; its names get the prefix ``name/``.
 
@@ -59,18 +76,29 @@ class AssetBase:
             ConfigError: there is no spawner.
         """
         self.name = name
-        if self.cfg.spawn is None:
-            raise ConfigError(f"scene.{name}.spawn is None: there is no stage from which '{self.cfg.prim_path}' comes")
-        self.spawned = self.cfg.spawn.func(self.cfg.prim_path, self.cfg.spawn)
-        child = self.spawned.spec
+        spawned = self._spawn(name)
+        if spawned.report is not None and spawned.report.soft_bodies:
+            raise ConfigError(f"scene.{name}: '{self.cfg.prim_path}' is deformable; use DeformableObjectCfg for it")
+        child = spawned.spec
         apply_schemas(child, self.cfg.spawn, f"scene.{name}.spawn")
         self._edit_spec(child)
+        frame = spec.worldbody.add_frame(pos=list(self.cfg.init_state.pos), quat=self._init_quat())
+        spec.attach(child, prefix=f"{name}/", frame=frame)
+
+    def _spawn(self, name: str) -> Spawned:
+        if self.cfg.spawn is None:
+            raise ConfigError(f"scene.{name}.spawn is None: there is no stage from which '{self.cfg.prim_path}' comes")
+        spawned: Spawned = self.cfg.spawn.func(self.cfg.prim_path, self.cfg.spawn)
+        self.spawned = spawned
+        return spawned
+
+    def _init_quat(self) -> np.ndarray:
+        """Orientation in the environment's frame (w, x, y, z), of unit length."""
         rot = np.asarray(self.cfg.init_state.rot, dtype=np.float64)
         norm = float(np.linalg.norm(rot))
         if not np.isfinite(norm) or norm < 1e-6:
-            raise ConfigError(f"scene.{name}.init_state.rot {tuple(rot)} is not an orientation")
-        frame = spec.worldbody.add_frame(pos=list(self.cfg.init_state.pos), quat=rot / norm)
-        spec.attach(child, prefix=f"{name}/", frame=frame)
+            raise ConfigError(f"scene.{self.name}.init_state.rot {tuple(rot)} is not an orientation")
+        return rot / norm
 
     def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
         """Find the asset in the compiled model.

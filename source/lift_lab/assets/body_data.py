@@ -60,9 +60,12 @@ class BodyData:
         self.body_names = body_names
         device = physics.device
         model = physics.model
-        self._com_b = torch.tensor(model.body_ipos[body_ids], dtype=torch.float32, device=device)
+        com_b = torch.tensor(model.body_ipos[body_ids], dtype=torch.float32, device=device)
+        self.default_body_com_pos_b = com_b.repeat(physics.num_envs, 1, 1)
+        """Centres of mass at start in the link frames in m, shape (num_envs, num_bodies, 3)."""
+        self._com_b = self.default_body_com_pos_b.clone()
         self._iquat_b = torch.tensor(model.body_iquat[body_ids], dtype=torch.float32, device=device)
-        self._root_com_is_origin = bool((self._com_b[0] == 0).all())
+        self._root_com_is_origin = bool((com_b[0] == 0).all())
         self._tree_root = int(model.body_rootid[body_ids[0]])
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
@@ -134,14 +137,14 @@ class BodyData:
         vel = self.root_link_vel_w
         if self._vadr is None or self._root_com_is_origin:
             return vel
-        arm_w = math_utils.quat_apply(self.root_link_quat_w, self._com_b[:1].expand(len(vel), 3))
+        arm_w = math_utils.quat_apply(self.root_link_quat_w, self._com_b[:, 0])
         return torch.cat((vel[:, :3] + torch.linalg.cross(vel[:, 3:], arm_w), vel[:, 3:]), dim=-1)
 
     @cached
     def root_com_pose_w(self) -> torch.Tensor:
         """Pose of the root's principal inertia frame, shape (num_envs, 7)."""
         quat = self.root_link_quat_w
-        pos = self.root_link_pos_w + math_utils.quat_apply(quat, self._com_b[:1].expand(len(quat), 3))
+        pos = self.root_link_pos_w + math_utils.quat_apply(quat, self._com_b[:, 0])
         return torch.cat((pos, math_utils.quat_mul(quat, self._iquat_b[:1].expand(len(quat), 4))), dim=-1)
 
     @cached
@@ -267,12 +270,17 @@ class BodyData:
     @property
     def body_com_pos_b(self) -> torch.Tensor:
         """Centres of mass in the link frames, shape (num_envs, num_bodies, 3)."""
-        return self._com_b.expand(self._physics.num_envs, *self._com_b.shape)
+        return self._com_b
 
     @property
     def body_com_quat_b(self) -> torch.Tensor:
         """Principal axes in the link frames (w, x, y, z), shape (num_envs, num_bodies, 4)."""
         return self._iquat_b.expand(self._physics.num_envs, *self._iquat_b.shape)
+
+    @property
+    def body_com_pose_b(self) -> torch.Tensor:
+        """Principal inertia frames in the link frames, shape (num_envs, num_bodies, 7)."""
+        return torch.cat((self.body_com_pos_b, self.body_com_quat_b), dim=-1)
 
 
 def _part(source: str, columns: slice, doc: str) -> property:

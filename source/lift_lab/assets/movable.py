@@ -161,6 +161,20 @@ class MovableAsset(AssetBase):
         self.write_root_pose_to_sim(root_state[:, :7], env_ids)
         self.write_root_link_velocity_to_sim(root_state[:, 7:], env_ids)
 
+    def write_root_com_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Put the root where its principal inertia frame gets a pose, shape (n, 7), world frame."""
+        ids = self._env_ids(env_ids)
+        rows = slice(None) if ids is None else ids
+        com_pos_b, com_quat_b = self._data.body_com_pos_b[rows, 0], self._data.body_com_quat_b[rows, 0]
+        quat_w = math_utils.quat_mul(root_pose[:, 3:7], math_utils.quat_inv(com_quat_b))
+        pos_w = root_pose[:, :3] - math_utils.quat_apply(quat_w, com_pos_b)
+        self.write_root_pose_to_sim(torch.cat((pos_w, quat_w), dim=-1), env_ids)
+
+    def write_root_com_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
+        """Set centre-of-mass pose and velocity of the root, shape (n, 13), world frame."""
+        self.write_root_com_pose_to_sim(root_state[:, :7], env_ids)
+        self.write_root_velocity_to_sim(root_state[:, 7:], env_ids)
+
     def _write_root_velocity(self, vel_w: torch.Tensor, env_ids: EnvIds, at_com: bool) -> None:
         if self._vadr is None or self._qadr is None:
             return
@@ -169,7 +183,8 @@ class MovableAsset(AssetBase):
         quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
         lin, ang = vel_w[:, :3], vel_w[:, 3:]
         if at_com and not self._data._root_com_is_origin:
-            arm_w = math_utils.quat_apply(quat, self._data._com_b[:1].expand(len(quat), 3))
+            com_b = self._data._com_b[:, 0]
+            arm_w = math_utils.quat_apply(quat, com_b if ids is None else com_b[ids])
             lin = lin - torch.linalg.cross(ang, arm_w)
         qvel = torch.cat((lin, math_utils.quat_apply_inverse(quat, ang)), dim=-1)
         self._physics.write("qvel", qvel, ids, slice(self._vadr, self._vadr + 6))
@@ -262,6 +277,50 @@ class MovableAsset(AssetBase):
             inertia[rows[:, None], cols] = value.to(inertia.dtype)
         self._physics.recompute_constants()
 
+    def write_body_com_to_sim(
+        self,
+        coms_b: torch.Tensor,
+        body_ids: Sequence[int] | torch.Tensor | None = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Set centres of mass; inertias stay as they are about them.
+
+        Args:
+            coms_b: in m, in the link frames, shape (n, num bodies chosen, 3).
+            body_ids: bodies, or None for all.
+            env_ids: environments, or None for all.
+
+        Raises:
+            ConfigError: a free body that was compiled for a centre of mass at its origin.
+        """
+        rows = self._rows(env_ids)
+        chosen = list(range(self.num_bodies)) if body_ids is None else [int(b) for b in body_ids]
+        for b in chosen:
+            if self._physics.model.body_simple[self._ids[b]]:
+                raise ConfigError(
+                    f"'{self.name}': the centre of mass of '{self._body_names[b]}' was compiled to stay at its origin;"
+                    " move it by an event term mdp.randomize_rigid_body_com of the environment's config"
+                )
+        cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
+        field = self._model_field("body_ipos")
+        field[rows[:, None], cols] = coms_b.to(field.dtype)
+        self._data._com_b[rows[:, None], torch.tensor(chosen, device=rows.device)] = coms_b.to(self._data._com_b.dtype)
+        self._data._root_com_is_origin = False
+        self._physics.recompute_constants()
+        self._data.invalidate()
+
+    def write_collider_margin_to_sim(
+        self, margin: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set the contact margin of all colliders of some bodies: how far from its surface a collider is felt.
+
+        Args:
+            margin: in m, shape (n,) or (n, 1).
+            body_ids: bodies, or None for all.
+            env_ids: environments, or None for all.
+        """
+        self._write_geoms("geom_margin", margin, body_ids, env_ids)
+
     def write_friction_to_sim(
         self, friction: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
     ) -> None:
@@ -272,13 +331,18 @@ class MovableAsset(AssetBase):
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
         """
+        self._write_geoms("geom_friction", friction, body_ids, env_ids)
+
+    def _write_geoms(self, name: str, values: torch.Tensor, body_ids: Sequence[int] | None, env_ids: EnvIds) -> None:
+        """Write a number for each environment into a field of the bodies' colliders (the first of several columns)."""
         rows = self._rows(env_ids)
         model = self._physics.model
         wanted = {self._ids[b] for b in (body_ids if body_ids is not None else range(self.num_bodies))}
         geoms = [g for g in self._geom_ids if model.geom_bodyid[g] in wanted]
-        field = self._model_field("geom_friction")
-        cols = torch.tensor(geoms, device=rows.device)
-        field[rows[:, None], cols, 0] = friction.reshape(-1, 1).to(field.dtype)
+        field = self._model_field(name)
+        target = field if field.ndim == 2 else field[..., 0]
+        cols = torch.tensor(geoms, dtype=torch.long, device=rows.device)
+        target[rows[:, None], cols] = values.reshape(-1, 1).to(field.dtype)
 
     def _rows(self, env_ids: EnvIds) -> torch.Tensor:
         ids = self._env_ids(env_ids)

@@ -18,14 +18,21 @@ class ViewerCfg:
     lookat: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Point that it looks at in m."""
     cam_prim_path: str = "/OmniverseKit_Persp"
-    """Isaac Lab's prim path of the camera. A label here."""
+    """The camera: Isaac Lab's free one, placed by :attr:`eye` and :attr:`lookat`, or one of the scene's, found by the
+    last part of the path and seen in the environment :attr:`env_index`."""
     resolution: tuple[int, int] = (1280, 720)
     """Width and height of a frame in pixels."""
     origin_type: Literal["world", "env", "asset_root", "asset_body"] = "world"
-    """What :attr:`eye` and :attr:`lookat` are relative to: the origin of the environment drawn (``world``, ``env``: it
-    is the one environment in the frame), the root of an asset, or one of its bodies."""
+    """What :attr:`eye` and :attr:`lookat` are relative to: the origin of the environment :attr:`env_index` (``world``,
+    ``env``), the root of an asset, or one of its bodies."""
     env_index: int = 0
-    """The environment that is drawn."""
+    """The environment that is drawn, in the middle of others if :attr:`num_envs` is more than 1."""
+    num_envs: int = 1
+    """Environments in a frame: those nearest to the environment :attr:`env_index`. The camera steps back to see all."""
+    show_rewards: bool = False
+    """Whether the reward terms of the environment :attr:`env_index` are written over the frame."""
+    quality: Literal["fast", "fine"] = "fast"
+    """``fine``: smooth edges and sharp shadows, at about four times the cost."""
     asset_name: str | None = None
     """The asset, for ``asset_root`` and ``asset_body``."""
     body_name: str | None = None

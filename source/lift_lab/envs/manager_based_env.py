@@ -89,6 +89,7 @@ class ManagerBasedEnv:
         self.event_manager = EventManager(self.cfg.events, self)
         if "prestartup" in self.event_manager.available_modes:
             self.event_manager.apply(mode="prestartup")
+        self.event_manager.prepare_model()
         self.sim.reset()
         self.scene.update(dt=self.physics_dt)
         self.event_manager.resolve_terms()

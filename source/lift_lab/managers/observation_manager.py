@@ -6,6 +6,7 @@ before anything is done to it in place, and every tensor handed out is new, so c
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import inspect
 import math
@@ -93,8 +94,15 @@ class ObservationManager(ManagerBase):
         self._obs_buffer = {name: self.compute_group(name, update_history) for name in self._group_obs_term_names}
         return self._obs_buffer
 
-    def compute_group(self, group_name: str, update_history: bool = False) -> Observation:
-        """Compute one group; see :meth:`compute`.
+    def preview(self) -> dict[str, Observation]:
+        """What ``compute(update_history=True)`` would return, with histories, modifiers and noise models untouched.
+
+        Terms are called and noise is drawn; a term that is a class with a state of its own sees one call more.
+        """
+        return {name: self.compute_group(name, preview=True) for name in self._group_obs_term_names}
+
+    def compute_group(self, group_name: str, update_history: bool = False, preview: bool = False) -> Observation:
+        """Compute one group; see :meth:`compute` and, for ``preview``, :meth:`preview`.
 
         Raises:
             ConfigError: no group has this name.
@@ -108,9 +116,10 @@ class ObservationManager(ManagerBase):
         for name, cfg in zip(
             self._group_obs_term_names[group_name], self._group_obs_term_cfgs[group_name], strict=True
         ):
-            value = self._process(cfg)
+            value = self._process(cfg, preview)
             if name in histories:
-                value = histories[name].push(value) if update_history else histories[name].peek(value)
+                history = copy.copy(histories[name]) if preview else histories[name]
+                value = history.push(value) if update_history or preview else history.peek(value)
                 if cfg.flatten_history_dim:
                     value = value.reshape(self.num_envs, -1)
             elif not concatenate:
@@ -120,14 +129,15 @@ class ObservationManager(ManagerBase):
             return observations
         return torch.cat(list(observations.values()), dim=self._group_obs_concatenate_dim[group_name])
 
-    def _process(self, cfg: ObservationTermCfg) -> torch.Tensor:
+    def _process(self, cfg: ObservationTermCfg, preview: bool = False) -> torch.Tensor:
         """A term's value up to the scale; a view of the simulation where nothing is configured."""
         value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
         noise: Any = cfg.noise
         if cfg.modifiers or noise is not None:
             value = value.clone()
             for modifier in cfg.modifiers or ():
-                value = modifier.func(value, **modifier.params)
+                func = copy.deepcopy(modifier.func) if preview else modifier.func
+                value = func(value, **modifier.params)
             if isinstance(noise, NoiseModelCfg):
                 value = noise.func(value)  # type: ignore[misc]
             elif noise is not None:

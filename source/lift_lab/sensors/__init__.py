@@ -4,7 +4,15 @@ from .camera import Camera, CameraCfg, TiledCamera, TiledCameraCfg
 from .contact_sensor import ContactSensor, ContactSensorCfg, ContactSensorData
 from .frame_transformer import FrameTransformer, FrameTransformerCfg, FrameTransformerData, OffsetCfg
 from .imu import Imu, ImuCfg, ImuData
-from .ray_caster import RayCaster, RayCasterCamera, RayCasterCameraCfg, RayCasterCfg, patterns
+from .ray_caster import (
+    MultiMeshRayCasterCameraCfg,
+    MultiMeshRayCasterCfg,
+    RayCaster,
+    RayCasterCamera,
+    RayCasterCameraCfg,
+    RayCasterCfg,
+    patterns,
+)
 from .sensor_base import SensorBase
 from .sensor_base_cfg import SensorBaseCfg
 
@@ -20,6 +28,8 @@ __all__ = [
     "Imu",
     "ImuCfg",
     "ImuData",
+    "MultiMeshRayCasterCameraCfg",
+    "MultiMeshRayCasterCfg",
     "OffsetCfg",
     "RayCaster",
     "RayCasterCamera",

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any
+from typing import Any, NoReturn
 
 from lift_lab.utils import configclass
+from lift_lab.utils.errors import ConfigError
 
 
 @configclass
@@ -21,11 +22,20 @@ class FlatPatchSamplingCfg:
     max_height_diff: float = MISSING
 
 
+def not_generated(difficulty: float, cfg: SubTerrainBaseCfg) -> NoReturn:
+    """Stands where Isaac Lab has the function that makes the patch.
+
+    Raises:
+        ConfigError: always.
+    """
+    raise ConfigError(f"{type(cfg).__name__}: terrains are not generated; use terrain_type='plane'")
+
+
 @configclass
 class SubTerrainBaseCfg:
     """Base of the patches of a generated terrain."""
 
-    function: Callable[..., Any] = MISSING
+    function: Callable[..., Any] = not_generated
     proportion: float = 1.0
     size: tuple[float, float] = (10.0, 10.0)
     flat_patch_sampling: dict[str, FlatPatchSamplingCfg] | None = None

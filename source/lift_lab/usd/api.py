@@ -49,6 +49,8 @@ def load(
         spec = Builder(parsed, restitution).build()
     except Tf.ErrorException as error:
         raise UsdImportError(name, reason=first_line(error)) from None
+    except UnicodeDecodeError:
+        raise UsdImportError(name, reason="a name or text in it is not UTF-8") from None
     note_diagnostics(diagnostics, report)
     if strict:
         raise_on_ignored(parsed)

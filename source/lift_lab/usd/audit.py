@@ -10,7 +10,9 @@ import numpy as np
 from pxr import Gf, Sdf, Usd
 
 from lift_lab.usd import dialects
-from lift_lab.usd.parse import ParsedStage, value_of
+from lift_lab.usd.deformable import BODY_SCHEMA, MATERIAL_SCHEMA
+from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
+from lift_lab.usd.parse import ParsedStage, applied_schemas, value_of
 from lift_lab.usd.report import UsdImportError
 
 _PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|physx\w*)(:|$)")
@@ -40,6 +42,10 @@ mjc:shellinertia mjc:inertia mjc:coef? mjc:target mjc:torqueScale mjc:actDim mjc
 mjc:gainPrm mjc:gainType mjc:biasPrm mjc:biasType mjc:dynPrm mjc:dynType mjc:gear mjc:inheritRange mjc:jointInParent
 mjc:crankLength mjc:refSite mjc:sliderSite mjc:path* mjc:sideSites* mjc:range:* mjc:limited mjc:springlength
 mjc:type mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mquat
+physxDeformableBodyMaterial:youngsModulus physxDeformableBodyMaterial:poissonsRatio
+physxDeformableBodyMaterial:elasticityDamping physxDeformableBodyMaterial:dynamicFriction
+physxDeformableBodyMaterial:density newton:targets newton:kp newton:kd newton:ki newton:constEffort newton:delaySteps
+newton:maxEffort newton:maxMotorEffort newton:saturationEffort newton:lookup* newton:modelPath
 """
 """Attributes that other modules read by name; those of the dialects' tables come on top."""
 _READ = (*_READ_ELSEWHERE.split(), *dialects.patterns())
@@ -58,6 +64,8 @@ _TUNING = {
     "physxRigidBody:locked*": "setting of PhysX's solver",
     "physxConvex*": "setting of PhysX's mesh cooking",
     "physxTriangleMesh*": "setting of PhysX's mesh cooking",
+    "physxDeformable:*": "a soft body is one cell of eight nodes, and MuJoCo's solver its solver",
+    "physxDeformableBodyMaterial:*": "setting of PhysX's solver",
     "physxSDF*": "setting of PhysX's mesh cooking",
     "physxMimicJoint:*:naturalFrequency": "MuJoCo's equality keeps its own compliance",
     "physxMimicJoint:*:dampingRatio": "MuJoCo's equality keeps its own compliance",
@@ -80,7 +88,9 @@ _TUNING = {
     "mjc:option:apirate": "not part of this MuJoCo",
 }
 _IGNORED = {
-    "newton:mpm:*": "no particles or deformables here",
+    "newton:mpm:*": "no particles here",
+    "newton:integralMax": "PD actuators have no integral",
+    "physxTendon:*": "PhysX tendons are not read; MjcTendon is",
     "physics:velocity": "initial velocities are zero",
     "physics:angularVelocity": "initial velocities are zero",
     "state:*:physics:velocity": "initial velocities are zero",
@@ -97,6 +107,10 @@ _IGNORED = {
     "newton:contact*": "contact stiffness in N/m has no counterpart; MuJoCo's is per unit mass",
     "physxCollision:*": "no counterpart in MuJoCo",
 }
+
+_KINDS = ("MjcActuator", "MjcTendon", "MjcKeyframe", NEWTON_ACTUATOR)
+_OTHER_BODIES = re.compile(r"Deformable|Particle|Cloth|Vehicle|Character|Force|SurfaceVelocity|Trigger")
+"""Schemas of things that are simulated by other engines only; soft bodies are :mod:`lift_lab.usd.deformable`'s."""
 
 
 def reject_nan(stage: Usd.Stage, source: str) -> None:
@@ -144,8 +158,11 @@ def audit_support(parsed: ParsedStage) -> None:
                 continue
             parsed.report.ignore(prim.GetPath(), name, reason, tuning)
         kind = str(prim.GetTypeName())
-        if re.match(r"^(Physx|Newton|Mjc)", kind) and kind not in ("MjcActuator", "MjcTendon", "MjcKeyframe"):
+        if re.match(r"^(Physx|Newton|Mjc)", kind) and kind not in _KINDS:
             parsed.report.ignore(prim.GetPath(), kind, "a vendor's prim type that is not read")
+        for schema in applied_schemas(prim):
+            if _OTHER_BODIES.search(schema) and schema not in (BODY_SCHEMA, MATERIAL_SCHEMA):
+                parsed.report.ignore(prim.GetPath(), schema, "not simulated here")
     for joint in parsed.joints.values():
         if joint.kind == "custom":
             parsed.report.ignore(joint.path, "", "a joint of a vendor's type")

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom
 
 from lift_lab.usd import dialects, mjc
 from lift_lab.usd.audit import audit_support
+from lift_lab.usd.deformable import read_soft_bodies
 from lift_lab.usd.drives import add_drives, read_start, scale_acceleration_drives
 from lift_lab.usd.filters import add_filters
 from lift_lab.usd.geoms import Collider, Home, add_colliders
@@ -17,6 +18,7 @@ from lift_lab.usd.mass import set_inertials
 from lift_lab.usd.materials import Appearance, ContactMaterials
 from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
+from lift_lab.usd.newton import add_newton_actuators
 from lift_lab.usd.parse import ParsedStage
 from lift_lab.usd.tree import Forest, Link, build_forest
 from lift_lab.usd.units import Pose
@@ -145,14 +147,16 @@ class Builder:
         self.colliders: list[Collider] = add_colliders(
             self.parsed, self.names, self.store, self.contacts, self.appearance, self.home_of
         )
+        self.parsed.report.soft_bodies = read_soft_bodies(self.parsed, self.appearance)
         drawn = {collider.path for collider in self.colliders if collider.shows_itself}
+        drawn |= {body.prim_path for body in self.parsed.report.soft_bodies}
         add_visuals(self.parsed, self.names, self.store, self.appearance, self.home_of, drawn)
         set_inertials(self.parsed, self.bodies, self.colliders)
 
     def add_constraints(self) -> None:
         """Loop closures, mimics and contact filters."""
         body_names = {path: body.name for path, (body, _, _) in self.bodies.items()}
-        add_loops(self.parsed, self.spec, self.names, self.forest.loops, body_names)
+        self.dofs += add_loops(self.parsed, self.spec, self.names, self.forest.loops, body_names)
         add_mimics(self.parsed, self.spec, self.names, self.dofs)
         add_filters(self.parsed, self.spec, self.forest, self.colliders, body_names)
 
@@ -160,6 +164,7 @@ class Builder:
         """Drives, MjcPhysics elements and the initial state."""
         acceleration = add_drives(self.parsed, self.spec, self.names, self.dofs)
         mjc.add_elements(self.parsed, self.spec, self.names)
+        add_newton_actuators(self.parsed, self.spec, self.names, self.dofs)
         scale_acceleration_drives(self.parsed, self.spec, acceleration)
         read_start(self.parsed, self.forest, self.dofs)
         mjc.add_keyframes(self.parsed, self.spec, self.names)

@@ -34,6 +34,10 @@ def add_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: lis
             raise parsed.fail(path, f"drive:{dof.tokens[0]}", "a drive value is not a number")
         if drive.stiffness < 0 or drive.damping < 0:
             raise parsed.fail(path, f"drive:{dof.tokens[0]}", "stiffness and damping must not be negative")
+        if built.sites and drive.acceleration:
+            reason = "a drive per unit of inertia on a joint that closes a loop"
+            parsed.report.ignore(path, f"drive:{dof.tokens[0]}:physics:type", reason)
+            continue
         _limit_force(parsed, built)
         # Acceleration drives state gains per unit of inertia: s^-2 and s^-1, per degree if angular.
         unit = parsed.units.factor("gain", dof.angular)
@@ -69,6 +73,11 @@ def _actuator(
 ) -> str:
     name = names.of("actuator", f"/{built.name}{suffix}")
     actuator = spec.add_actuator(name=name, target=built.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    if built.sites:
+        actuator.trntype = mujoco.mjtTrn.mjTRN_SITE
+        actuator.refsite, actuator.target = built.sites
+        actuator.gear = [*(np.zeros(3) if built.dof.angular else built.dof.axis), *built.dof.axis * built.dof.angular]
+        actuator.forcerange, actuator.forcelimited = built.element.actfrcrange, built.element.actfrclimited
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     actuator.gainprm = [gain] + [0.0] * (len(actuator.gainprm) - 1)
     actuator.biasprm = [*bias] + [0.0] * (len(actuator.biasprm) - len(bias))
@@ -102,26 +111,24 @@ def scale_acceleration_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: s
 
 def read_start(parsed: ParsedStage, forest: Forest, dofs: list[BuiltDof]) -> None:
     """Initial joint positions: an authored joint state, else the angle or travel that the authored poses imply."""
-    siblings: dict[str, list[BuiltDof]] = {}
+    siblings: dict[str, int] = {}
     for built in dofs:
-        siblings.setdefault(built.joint.path, []).append(built)
-    for link in forest.links.values():
-        for edge in link.edges:
-            for built in siblings.get(edge.joint.path, ()):
-                dof = built.dof
-                value = dialects.resolve(
-                    parsed, dialects.JOINT, "joint position", edge.joint.prim, dof.tokens, dof.angular
-                )
-                if value is None and len(link.edges) == 1 and len(siblings[edge.joint.path]) == 1:
-                    value = _implied(parsed, link.parent, link.path, built)
-                if value:
-                    parsed.report.initial_joint_pos[built.name] = float(value) + float(built.element.ref)
+        siblings[built.joint.path] = siblings.get(built.joint.path, 0) + 1
+    edges = {edge.joint.path: len(link.edges) for link in forest.links.values() for edge in link.edges}
+    for built in dofs:
+        dof, joint = built.dof, built.joint
+        value = dialects.resolve(parsed, dialects.JOINT, "joint position", joint.prim, dof.tokens, dof.angular)
+        if value is None and edges.get(joint.path, 1) == siblings[joint.path] == 1:
+            value = _implied(parsed, built)
+        if value:
+            parsed.report.initial_joint_pos[built.name] = float(value) + float(built.element.ref)
 
 
-def _implied(parsed: ParsedStage, parent: str | None, child: str, built: BuiltDof) -> float | None:
-    parent_pose = parsed.pose(parsed.prim(parent)) if parent else Pose.identity()
+def _implied(parsed: ParsedStage, built: BuiltDof) -> float | None:
     edge = built.edge
-    moved = (parent_pose @ edge.parent_frame).inverse() @ parsed.pose(parsed.prim(child)) @ edge.child_frame
+    sides = (edge.joint.body1, edge.joint.body0) if edge.reversed else (edge.joint.body0, edge.joint.body1)
+    parent, child = (parsed.pose(parsed.prim(path)) if path else Pose.identity() for path in sides)
+    moved = (parent @ edge.parent_frame).inverse() @ child @ edge.child_frame
     axis = -built.dof.axis if edge.reversed else built.dof.axis
     if built.dof.angular:
         turn = np.array(

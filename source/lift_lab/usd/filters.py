@@ -16,6 +16,8 @@ from lift_lab.usd.geoms import Collider
 from lift_lab.usd.parse import ParsedStage
 from lift_lab.usd.tree import Forest
 
+SELF_COLLISION = "self_collision:"
+"""Start of the names of the excludes that an articulation's self-collision switch makes."""
 _BITS = 31
 """Classes that fit beside bit 0 (contype is a signed 32-bit integer)."""
 
@@ -45,13 +47,15 @@ class _Rules:
         self.of_body: dict[str, list[int]] = {}
         for i, collider in enumerate(colliders):
             self.of_body.setdefault(collider.home.body.name, []).append(i)
-        self.bodies: dict[tuple[str, str], None] = {}
+        self.bodies: dict[tuple[str, str], bool] = {}
+        """Whether nothing but a self-collision switch keeps two bodies apart, by their names."""
         self.pairs: set[tuple[int, int]] = set()
 
-    def exclude(self, a: str, b: str) -> None:
-        """Forbid contact between two MuJoCo bodies."""
+    def exclude(self, a: str, b: str, switch: bool = False) -> None:
+        """Forbid contact between two MuJoCo bodies; `switch` tells a self-collision switch from other rules."""
         if a != b:
-            self.bodies[(a, b) if a < b else (b, a)] = None
+            key = (a, b) if a < b else (b, a)
+            self.bodies[key] = switch and self.bodies.get(key, True)
 
     def joints(self) -> None:
         for joint in self.parsed.joints.values():
@@ -75,7 +79,7 @@ class _Rules:
             enabled = dialects.resolve(self.parsed, dialects.ARTICULATION, "self-collision", prim)
             if enabled is not None and not enabled:
                 for a, b in combinations(self._links(path), 2):
-                    self.exclude(self.body_names[a], self.body_names[b])
+                    self.exclude(self.body_names[a], self.body_names[b], switch=True)
 
     def _links(self, root: str) -> list[str]:
         """Bodies of the articulation at prim `root`: those below it, with everything their joints reach."""
@@ -135,8 +139,10 @@ class _Rules:
     def write(self, spec: mujoco.MjSpec) -> None:
         self._drop_covered()
         self._write_bits()
-        for a, b in self.bodies:
-            spec.add_exclude(bodyname1=a, bodyname2=b)
+        for (a, b), switch in self.bodies.items():
+            exclude = spec.add_exclude(bodyname1=a, bodyname2=b)
+            if switch:
+                exclude.name = f"{SELF_COLLISION}{a}:{b}"
 
     def _drop_covered(self) -> None:
         """Turn rules that cover every pair of two bodies' colliders into one exclude."""

@@ -54,6 +54,8 @@ class BuiltDof:
     axis: np.ndarray
     """Axis in the child body."""
     edge: Edge
+    sites: tuple[str, str] | None = None
+    """For a joint that closes a loop: sites on its two bodies, between which a drive acts."""
 
 
 def dofs_of(parsed: ParsedStage, joint: Joint) -> list[Dof]:
@@ -80,12 +82,21 @@ def dofs_of(parsed: ParsedStage, joint: Joint) -> list[Dof]:
         for a, i in AXES.items():
             token = f"{kind}{a}"
             limit, drive = limits.get(token), drives.get(token)
-            lower, upper = (limit.lower, limit.upper) if limit else (-math.inf, math.inf)
-            if lower > upper:
+            lower, upper = (limit.lower, limit.upper) if limit else _unapplied_limit(parsed, joint, token)
+            if lower > upper or lower == upper == 0:
                 continue
             drive = drive if drive and drive.enabled else None
             found.append(Dof((token,), kind == "rot", unit[i], lower, upper, drive))
     return found
+
+
+def _unapplied_limit(parsed: ParsedStage, joint: Joint, token: str) -> tuple[float, float]:
+    """Limits of a D6 axis without LimitAPI: those authored all the same, as other importers read them; else none."""
+    ends = [value_of(joint.prim, f"limit:{token}:physics:{end}") for end in ("low", "high")]
+    if ends == [None, None]:
+        return -math.inf, math.inf
+    parsed.report.approximate(joint.path, f"limit:{token}:physics:low", "taken although its LimitAPI is not applied")
+    return (-math.inf if ends[0] is None else float(ends[0])), (math.inf if ends[1] is None else float(ends[1]))
 
 
 def add_joints(parsed: ParsedStage, names: Names, link: Link, body: mujoco.MjsBody) -> list[BuiltDof]:
@@ -96,7 +107,9 @@ def add_joints(parsed: ParsedStage, names: Names, link: Link, body: mujoco.MjsBo
     """
     built: list[BuiltDof] = []
     first = link.edges[0].offset if link.edges else Pose.identity()
-    for edge in link.edges:
+    # A chain of joints from body0 to body1 reads the other way round from body1.
+    backwards = bool(link.edges) and all(edge.reversed for edge in link.edges)
+    for edge in reversed(link.edges) if backwards else link.edges:
         gap = first.inverse() @ edge.offset
         if edge is not link.edges[0] and (np.abs(gap.pos).max() > 1e-4 or np.abs(gap.rot - np.eye(3)).max() > 1e-3):
             reason = "its frames disagree with those of the first joint between the same bodies at position zero"
@@ -123,11 +136,13 @@ def _add_edge(parsed: ParsedStage, names: Names, edge: Edge, body: mujoco.MjsBod
             kept.append(dof)
     if len(rotations) > 1 and not ball:
         parsed.report.approximate(path, "", f"{len(rotations)} rotations become hinges in the order X, Y, Z")
+    if ball and edge.reversed:
+        _add_ball(parsed, names.of("joint", path, "_rot" if kept else ""), edge, body)
     built = []
-    for dof in kept:
+    for dof in reversed(kept) if edge.reversed else kept:
         suffix = f"_{dof.tokens[0]}" if len(kept) + ball > 1 else ""
         built.append(_add_scalar(parsed, names.of("joint", path, suffix), edge, dof, body))
-    if ball:
+    if ball and not edge.reversed:
         _add_ball(parsed, names.of("joint", path, "_rot" if kept else ""), edge, body)
     if joint.desc.breakForce < UNBOUNDED or joint.desc.breakTorque < UNBOUNDED:
         parsed.report.ignore(path, "physics:breakForce", "joints do not break")

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import math
-
 import mujoco
 import numpy as np
 from pxr import Usd
 
-from lift_lab.usd.joints import BuiltDof, dofs_of
+from lift_lab.usd.joints import BuiltDof, Dof, add_joints, dofs_of
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import Joint, ParsedStage, applied_schemas, targets_of, value_of
-from lift_lab.usd.units import Pose
+from lift_lab.usd.tree import Edge, Link
+from lift_lab.usd.units import UNBOUNDED, Pose
 
 _SPAN = 0.1
 """Distance in m between the two points that hold a hinge on its axis."""
 _SITE_GROUP = 5
+_CARRIER_SHARE = 1e-3
+"""Mass and inertia of a carrier as a share of the lighter of the two bodies that its joint connects."""
+
+_CARRIER_IMPEDANCE = 0.9999
+"""Largest impedance that MuJoCo has."""
 
 
 def add_loops(
@@ -24,29 +28,48 @@ def add_loops(
     names: Names,
     loops: list[Joint],
     body_names: dict[str, str],
-) -> None:
+) -> list[BuiltDof]:
     """Turn left-over joints into equalities between sites, which hold whatever the reference pose is.
 
-    fixed: weld; spherical: connect; revolute: two connects along the axis; distance: a tendon with a range. Any other
-    kind is reported as ignored.
+    fixed: weld; spherical: connect; revolute: two connects along the axis; distance: a tendon with a range. A joint
+    that slides, has several degrees of freedom, limits or a drive moves a light carrier on its first body, and a weld
+    holds the carrier to the second body.
+
+    Returns:
+        The scalar joints of the carriers.
     """
+    built: list[BuiltDof] = []
     for joint in loops:
         builder = _Loop(parsed, spec, names, joint, body_names)
         dofs = dofs_of(parsed, joint)
         free = {token for dof in dofs for token in dof.tokens[-1:]}
+        plain = not any(_limited(dof) for dof in dofs) and not _has_cone(joint)
+        if joint.kind == "custom":
+            continue  # the audit says so
         if joint.kind == "distance":
             builder.distance()
-        elif joint.kind == "fixed" or (joint.kind == "d6" and not dofs):
-            builder.weld()
-        elif free == {"rotX", "rotY", "rotZ"}:
+        elif joint.kind == "fixed" or not dofs:
+            builder.weld(builder.bodies)
+        elif plain and free == {"rotX", "rotY", "rotZ"}:
             builder.connect("", np.zeros(3))
-        elif len(free) == 1 and dofs[0].angular:
+        elif plain and len(free) == 1 and dofs[0].angular:
             builder.connect("", np.zeros(3))
             builder.connect("_axis", _SPAN * dofs[0].axis)
-            builder.note_limits(dofs[0])
         else:
-            reason = f"a {joint.kind} joint that closes a loop has no equality here"
-            parsed.report.ignore(joint.path, "physics:excludeFromArticulation", reason)
+            built += builder.carrier()
+            continue
+        if joint.desc.breakForce < UNBOUNDED or joint.desc.breakTorque < UNBOUNDED:
+            parsed.report.ignore(joint.path, "physics:breakForce", "joints do not break")
+    return built
+
+
+def _limited(dof: Dof) -> bool:
+    return dof.drive is not None or abs(dof.lower) < UNBOUNDED or abs(dof.upper) < UNBOUNDED
+
+
+def _has_cone(joint: Joint) -> bool:
+    limit = getattr(joint.desc, "limit", None) if joint.kind == "spherical" else None
+    return limit is not None and limit.enabled
 
 
 class _Loop:
@@ -56,10 +79,16 @@ class _Loop:
         self.parsed, self.spec, self.names, self.joint = parsed, spec, names, joint
         self.bodies = [spec.body(body_names[b]) if b else spec.worldbody for b in (joint.body0, joint.body1)]
 
-    def sites(self, suffix: str, offset: np.ndarray) -> tuple[str, str]:
-        """Sites on both bodies that the joint holds together, displaced by `offset` in the joint frame."""
+    def sites(
+        self, suffix: str, offset: np.ndarray, bodies: list[mujoco.MjsBody], first: Pose | None = None
+    ) -> tuple[str, str]:
+        """Sites on two bodies that the joint holds together, displaced by `offset` in the joint frame.
+
+        `first` is the joint frame in the first body, where that is not the joint's own.
+        """
         made = []
-        for side, (body, frame) in enumerate(zip(self.bodies, (self.joint.frame0, self.joint.frame1), strict=True)):
+        frames = (self.joint.frame0 if first is None else first, self.joint.frame1)
+        for side, (body, frame) in enumerate(zip(bodies, frames, strict=True)):
             pose = frame @ Pose(offset, np.eye(3))
             name = self.names.of("site", self.joint.path, f"{suffix}_{side}")
             body.add_site(name=name, pos=pose.position, quat=pose.quat, size=[0.005] * 3, group=_SITE_GROUP)
@@ -77,21 +106,44 @@ class _Loop:
         set_solver(self.joint.prim, equality)
         return equality
 
-    def weld(self) -> None:
-        equality = self._equality(mujoco.mjtEq.mjEQ_WELD, "", self.sites("", np.zeros(3)))
+    def weld(self, bodies: list[mujoco.MjsBody], first: Pose | None = None) -> mujoco.MjsEquality:
+        equality = self._equality(mujoco.mjtEq.mjEQ_WELD, "", self.sites("", np.zeros(3), bodies, first))
         scale = value_of(self.joint.prim, "mjc:torqueScale")
         data = np.zeros(len(equality.data))
         data[10] = 1.0 if scale is None else float(scale)
         equality.data = data
+        return equality
 
     def connect(self, suffix: str, offset: np.ndarray) -> None:
-        equality = self._equality(mujoco.mjtEq.mjEQ_CONNECT, suffix, self.sites(suffix, offset))
+        equality = self._equality(mujoco.mjtEq.mjEQ_CONNECT, suffix, self.sites(suffix, offset, self.bodies))
         equality.data = np.zeros(len(equality.data))
 
-    def note_limits(self, dof) -> None:
-        if dof.drive is not None or math.isfinite(dof.lower) or math.isfinite(dof.upper):
-            reason = "limits and drive of a joint that closes a loop have no effect"
-            self.parsed.report.ignore(self.joint.path, "physics:lowerLimit", reason)
+    def carrier(self) -> list[BuiltDof]:
+        """A light body that moves on the first body as the joint allows, welded to the second."""
+        joint, frame = self.joint, self.joint.frame0
+        masses = [float(body.mass) for body in self.bodies if body.mass > 0]
+        sizes = [float(np.mean(body.inertia)) for body in self.bodies if body.mass > 0]
+        body = self.bodies[0].add_body(
+            name=self.names.of("body", joint.path, "_carrier"), pos=frame.position, quat=frame.quat
+        )
+        body.mass = _CARRIER_SHARE * min(masses, default=1.0)
+        body.inertia = [_CARRIER_SHARE * min(sizes, default=0.01)] * 3
+        body.explicitinertial = True
+        self.parsed.report.prim_paths[body.name] = joint.path
+        edge = Edge(joint, frame, Pose.identity(), reversed=False)
+        built = add_joints(self.parsed, self.names, Link(joint.path, joint.body0, [edge]), body)
+        for dof in built:
+            dof.edge = Edge(joint, frame, joint.frame1, reversed=False)
+            if dof.dof.drive is not None:
+                # A drive on the light carrier would be lost in the weld; between the bodies it is exact.
+                dof.sites = dof.sites or self.sites(f"_{dof.name}_drive", np.zeros(3), self.bodies)
+        weld = self.weld([body, self.bodies[1]], Pose.identity())
+        if value_of(joint.prim, "mjc:solimp") is None:
+            # MuJoCo softens a constraint by the mean mobility of its bodies, which the light carrier makes large.
+            weld.solimp = [_CARRIER_IMPEDANCE, _CARRIER_IMPEDANCE, *list(weld.solimp)[2:]]
+        reason = f"closes a loop: moves a carrier of {body.mass:.2g} kg that is welded to its second body"
+        self.parsed.report.approximate(joint.path, "physics:body1", reason)
+        return built
 
     def distance(self) -> None:
         desc, unit = self.joint.desc, self.parsed.units.length
@@ -99,7 +151,7 @@ class _Loop:
         upper = desc.limit.upper * unit if desc.maxEnabled else 1e6
         if upper <= lower:
             upper = lower + 1e-6
-        first, second = self.sites("", np.zeros(3))
+        first, second = self.sites("", np.zeros(3), self.bodies)
         tendon = self.spec.add_tendon(name=self.names.of("tendon", self.joint.path))
         tendon.wrap_site(first)
         tendon.wrap_site(second)

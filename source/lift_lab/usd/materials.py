@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from pxr import Ar, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
 from lift_lab.usd import dialects
+from lift_lab.usd.meshes import texcoord_primvar
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage, has_schema, value_of
+from lift_lab.usd.shading import Look, look_of, read_png
 
 _REF_TIME = 0.02
 """Time constant in s of the contact that an opted-in restitution is given (MuJoCo's default)."""
@@ -133,67 +134,59 @@ class Appearance:
         """Give a geom the colour of its bound preview surface, else of its displayColor, else MuJoCo's grey."""
         owner = subset.GetPrim() if subset else prim
         material, _ = UsdShade.MaterialBindingAPI(owner).ComputeBoundMaterial()
-        shader = _preview_surface(material) if material else None
-        if shader:
-            color, texture = _diffuse(shader)
-            opacity = shader.GetInput("opacity")
-            alpha = opacity.Get() if opacity and not opacity.HasConnectedSource() else 1.0
-            alpha = float(alpha) if alpha is not None else 1.0
-            if texture is not None and geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-                name = self._texture(texture)
-                if name:
-                    geom.material = name
-                    geom.rgba = (1.0, 1.0, 1.0, alpha)
-                    return
-            if color is not None:
-                geom.rgba = (*srgb(color), alpha)
+        look = look_of(material) if material else None
+        if look is not None:
+            name = self._texture(look, prim, geom) if look.texture is not None else None
+            if name:
+                geom.material = name
+                geom.rgba = (*(srgb(look.tint) if look.tint is not None else (1.0, 1.0, 1.0)), look.alpha)
                 return
+            if look.color is not None:
+                geom.rgba = (*srgb(look.color), look.alpha)
+                return
+        elif material and str(material.GetPath()) not in self._textures:
+            self._textures[str(material.GetPath())] = None
+            if material.GetSurfaceOutputs():
+                self._parsed.report.ignore(
+                    material.GetPath(), "outputs:surface", "a shader that is not drawn", tuning=True
+                )
         color = _display(prim, "displayColor")
         opacity = _display(prim, "displayOpacity")
         if color is not None or opacity is not None:
             rgb = srgb(color) if color is not None else (0.5, 0.5, 0.5)
             geom.rgba = (*rgb, float(np.clip(opacity, 0, 1)) if opacity is not None else 1.0)
 
-    def _texture(self, shader: UsdShade.Shader) -> str | None:
-        """Material name for a UsdUVTexture with a PNG file, None (with a note) for any other."""
-        asset = shader.GetInput("file").Get() if shader.GetInput("file") else None
-        path = asset.resolvedPath if asset else ""
-        where = str(shader.GetPath())
-        if where in self._textures:
-            return self._textures[where]
-        name = None
+    def _texture(self, look: Look, prim: Usd.Prim, geom: mujoco.MjsGeom) -> str | None:
+        """Material name for a texture that can be shown on `geom`, None (with a note) for any other."""
+        assert look.texture is not None
+        where = look.where
+        shown = geom.type == mujoco.mjtGeom.mjGEOM_MESH and texcoord_primvar(prim) is not None
+        if look.texture.resolvedPath and not shown:
+            reason = f"a {prim.GetTypeName()} without texture coordinates shows the colour alone"
+            self._parsed.report.ignore(prim.GetPath(), look.attribute, reason, tuning=True)
+            return None
+        if where not in self._textures:
+            self._textures[where] = self._add_texture(look)
+        return self._textures[where]
+
+    def _add_texture(self, look: Look) -> str | None:
+        assert look.texture is not None
+        path, where = look.texture.resolvedPath, look.where
         if not path:
-            self._parsed.report.ignore(where, "inputs:file", "the texture file does not resolve")
-        elif Path(path.rstrip("]")).suffix.lower() != ".png":
-            self._parsed.report.ignore(where, "inputs:file", "only PNG textures are shown")
-        else:
-            content = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
-            name = self._names.of("texture", where)
-            key = f"{name}.png"
-            self._spec.assets[key] = bytes(content.GetBuffer())
-            self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=key)
-            material = self._spec.add_material(name=name)
-            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
-        self._textures[where] = name
+            self._parsed.report.ignore(where, look.attribute, "the texture file does not resolve", tuning=True)
+            return None
+        try:
+            content = read_png(path)
+        except ValueError as error:
+            self._parsed.report.ignore(where, look.attribute, str(error), tuning=True)
+            return None
+        name = self._names.of("texture", where)
+        key = f"{name}.png"
+        self._spec.assets[key] = content
+        self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=key)
+        material = self._spec.add_material(name=name)
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
         return name
-
-
-def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader | None:
-    source = material.ComputeSurfaceSource()[0]
-    return source if source and source.GetIdAttr().Get() == "UsdPreviewSurface" else None
-
-
-def _diffuse(shader: UsdShade.Shader) -> tuple[Any, UsdShade.Shader | None]:
-    diffuse = shader.GetInput("diffuseColor")
-    if not diffuse:
-        return (0.18, 0.18, 0.18), None  # UsdPreviewSurface's own fallback
-    for attribute in diffuse.GetValueProducingAttributes():
-        node = UsdShade.Shader(attribute.GetPrim())
-        if node and node.GetIdAttr().Get() == "UsdUVTexture":
-            fallback = node.GetInput("fallback")
-            return (fallback.Get() if fallback else None), node
-        return attribute.Get(), None
-    return diffuse.Get(), None
 
 
 def _display(prim: Usd.Prim, name: str) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage
@@ -123,12 +123,21 @@ def read_mesh(parsed: ParsedStage, prim: Usd.Prim) -> tuple[Triangles, np.ndarra
     return Triangles(points * parsed.units.length, triangles[distinct], texcoords), faces[distinct]
 
 
+def texcoord_primvar(prim: Usd.Prim) -> UsdGeom.Primvar | None:
+    """Texture coordinates of a mesh: the primvar `st`, else the first one of a texture coordinate's type."""
+    api = UsdGeom.PrimvarsAPI(prim)
+    named = api.GetPrimvar("st")
+    if named and named.HasAuthoredValue():
+        return named
+    names = Sdf.ValueTypeNames
+    kinds = (names.TexCoord2fArray, names.TexCoord2dArray, names.TexCoord2hArray)
+    return next((found for found in api.GetPrimvarsWithAuthoredValues() if found.GetTypeName() in kinds), None)
+
+
 def _texcoords(prim: Usd.Prim, indices: np.ndarray, points: int) -> np.ndarray | None:
-    """The `st` primvar per point or per face corner, None where absent or of another shape."""
-    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
-    if not primvar or not primvar.HasAuthoredValue():
-        return None
-    values = primvar.ComputeFlattened()
+    """Texture coordinates per point or per face corner, None where absent or of another shape."""
+    primvar = texcoord_primvar(prim)
+    values = primvar.ComputeFlattened() if primvar else None
     if values is None:
         return None
     array = np.asarray(values, dtype=float)
@@ -161,7 +170,7 @@ class MeshStore:
             mesh = _split(mesh)
         vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         # Positions equal to a tenth of a micrometre are the same asset.
-        digest = hashlib.sha1(np.round(vertices, 7).tobytes())
+        digest = hashlib.sha1((np.round(vertices, 7) + 0.0).tobytes())
         digest.update(np.ascontiguousarray(mesh.triangles, dtype=np.int64).tobytes())
         digest.update(f"{collides} {hull_vertices} {shell} {mesh.texcoords is not None}".encode())
         if mesh.texcoords is not None:

@@ -185,6 +185,9 @@ def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None
     body0, body1 = (str(p) if p and str(p) in parsed.bodies else None for p in (desc.body0, desc.body1))
     if body0 == body1:
         if body0 is None:
+            if has_schema(prim, "PhysicsArticulationRootAPI"):
+                reason = "the joint that should fix an articulation to the world holds no rigid body"
+                raise parsed.fail(prim, "physics:body1", reason)
             parsed.report.ignore(path, "", "neither side of the joint is a rigid body")
             return None
         raise parsed.fail(prim, "physics:body1", f"both sides of the joint are the body <{body0}>")

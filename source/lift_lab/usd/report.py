@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from lift_lab.utils.errors import LiftLabError
+
+if TYPE_CHECKING:
+    from lift_lab.usd.deformable import SoftBody
 
 
 class UsdImportError(LiftLabError, ValueError):
@@ -52,6 +56,8 @@ class ImportReport:
     """Bodies that hang directly under the world."""
     articulation_roots: list[str] = field(default_factory=list)
     """Paths of the prims that carry PhysicsArticulationRootAPI."""
+    soft_bodies: list[SoftBody] = field(default_factory=list)
+    """Deformable bodies. They are not in the spec: see :mod:`lift_lab.usd.deformable`."""
     prim_paths: dict[str, str] = field(default_factory=dict)
     """Prim path of every body, by body name."""
     joint_velocity_limits: dict[str, float] = field(default_factory=dict)

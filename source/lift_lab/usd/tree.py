@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass, field
 
-from lift_lab.usd.parse import Joint, ParsedStage, has_schema
+from lift_lab.usd.parse import Joint, ParsedStage, applied_schemas, has_schema, targets_of
 from lift_lab.usd.units import Pose
 
 
@@ -67,8 +67,9 @@ def build_forest(parsed: ParsedStage) -> Forest:
     """Choose roots and tree edges.
 
     A body with a joint to the world is a root. Any other connected group floats on a free joint at the body with the
-    articulation root, else at one that is no joint's body1, else at its first body. Joints are taken in authored
-    order, and one that runs from parent to child before one that would have to be reversed.
+    articulation root, else at one that is no joint's body1, else at its first body. Where joints form a loop, those
+    that are driven, followed or limited go into the tree before plain ones, which an equality can stand for; then the
+    authored order decides, and one that runs from parent to child comes before one that would have to be reversed.
     """
     incident: dict[str | None, list[tuple[int, Joint]]] = {path: [] for path in parsed.bodies}
     incident[None] = []
@@ -109,6 +110,8 @@ class _Growth:
         self.remaining = dict.fromkeys(parsed.bodies)
         self.kinematic: list[str] = []
         self.by_index = {i: joint for entries in incident.values() for i, joint in entries}
+        wanted = _wanted(parsed)
+        self.rank = {i: _rank(joint, wanted) for i, joint in self.by_index.items()}
 
     def start(self, path: str, free: bool, mocap: bool = False) -> None:
         link = Link(path, None, free=free, mocap=mocap)
@@ -120,17 +123,18 @@ class _Growth:
 
     def grow(self, sources: list[str | None]) -> None:
         """Attach everything that can be reached from `sources` (None is the world) and from kinematic bodies."""
-        heap: list[tuple[bool, int, str | None]] = []
+        heap: list[tuple[int, bool, int, str | None]] = []
+        grown: dict[str | None, list[tuple[bool, int, Link]]] = {}
 
         def push(path: str | None) -> None:
             for i, joint in self.incident[path]:
-                heapq.heappush(heap, (joint.body0 != path, i, path))
+                heapq.heappush(heap, (self.rank[i], joint.body0 != path, i, path))
 
         for path in [*sources, *self.kinematic]:
             push(path)
         self.kinematic.clear()
         while heap:
-            against, index, parent = heapq.heappop(heap)
+            _, against, index, parent = heapq.heappop(heap)
             joint = self.by_index[index]
             child = joint.body0 if against else joint.body1
             if child not in self.remaining or child is None:
@@ -138,12 +142,42 @@ class _Growth:
             link = Link(child, parent)
             self.links[child] = link
             self.remaining.pop(child)
-            (self.links[parent].children if parent else self.roots).append(link)
+            grown.setdefault(parent, []).append((against, index, link))
             # Several joints between the same two bodies are one compound joint (MJCF-derived stages).
             for _, other in self.incident[child]:
                 if {other.body0, other.body1} == {parent, child} and _compound(joint, other):
                     link.edges.append(_edge(other, parent))
             push(child)
+        for parent, found in grown.items():
+            children = [link for _, _, link in sorted(found, key=lambda item: item[:2])]
+            (self.links[parent].children if parent else self.roots).extend(children)
+
+
+def _wanted(parsed: ParsedStage) -> set[str]:
+    """Joints that an actuator drives, or that mimic another or are mimicked."""
+    found: set[str] = set()
+    for prim in parsed.prims:
+        if str(prim.GetTypeName()) in ("MjcActuator", "NewtonActuator"):
+            found.update(targets_of(prim, "mjc:target") + targets_of(prim, "newton:targets"))
+    for path, joint in parsed.joints.items():
+        schemas = [s for s in applied_schemas(joint.prim) if "Mimic" in s or s == "MjcEqualityJointAPI"]
+        for schema in schemas:
+            names = (f"physxMimicJoint:{schema.partition(':')[2]}:referenceJoint", "newton:mimicJoint", "mjc:target")
+            found.update([path, *(target for name in names for target in targets_of(joint.prim, name))])
+    return found
+
+
+def _rank(joint: Joint, wanted: set[str]) -> int:
+    """0 for a joint that belongs in the tree, 1 for one with limits, 2 for one that an equality replaces exactly."""
+    desc = joint.desc
+    drives = [desc.drive] if joint.kind in ("revolute", "prismatic") else []
+    drives += [pair.second for pair in desc.jointDrives] if joint.kind == "d6" else []
+    if joint.kind == "fixed" or joint.path in wanted or any(drive.enabled for drive in drives):
+        return 0
+    if joint.kind in ("prismatic", "d6"):
+        return 1
+    limit = getattr(desc, "limit", None)
+    return 1 if limit is not None and limit.enabled else 2
 
 
 def _compound(first: Joint, other: Joint) -> bool:

@@ -43,7 +43,7 @@ def add_visuals(
             try:
                 _add_visual(parsed, names, store, appearance, prim, home_of)
             except UsdImportError as error:  # a picture that is broken does not stop the physics
-                parsed.report.ignore(error.prim_path, error.attribute, f"not drawn: {error.reason}")
+                parsed.report.ignore(error.prim_path, error.attribute, f"not drawn: {error.reason}", tuning=True)
 
 
 def is_site(prim: Usd.Prim) -> bool:

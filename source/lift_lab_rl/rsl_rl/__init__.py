@@ -1,5 +1,11 @@
 """rsl_rl: configuration in Isaac Lab's names, environment wrapper, runner and export."""
 
+from .distillation_cfg import (
+    RslRlDistillationAlgorithmCfg,
+    RslRlDistillationRunnerCfg,
+    RslRlDistillationStudentTeacherCfg,
+    RslRlDistillationStudentTeacherRecurrentCfg,
+)
 from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .ppo import PiecewisePPO
 from .rl_cfg import (

@@ -22,8 +22,8 @@ class RslRlPpoActorCriticCfg:
     class_name: str = "ActorCritic"
     """Kind of networks: ``ActorCritic``, or ``ActorCriticRecurrent``."""
 
-    init_noise_std: float = MISSING
-    """Standard deviation of every action at the start."""
+    init_noise_std: float | list[float] = MISSING
+    """Standard deviation of every action at the start, or one for each action (ours)."""
 
     noise_std_type: Literal["scalar", "log"] = "scalar"
     """Whether the standard deviation or its logarithm is learned."""

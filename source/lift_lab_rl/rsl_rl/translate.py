@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+import torch
+
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
@@ -67,7 +69,7 @@ def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tu
     kind = "Heteroscedastic" if policy.state_dependent_std else ""
     distribution = {
         "class_name": f"{kind}GaussianDistribution",
-        "init_std": policy.init_noise_std,
+        "init_std": torch.tensor(std) if isinstance(std := policy.init_noise_std, list) else std,
         "std_type": policy.noise_std_type,
         "std_range": (low, high),
     }

@@ -167,10 +167,10 @@ def test_goals_of_visible_commands_are_marked(make_env, make_cfg):
     env.reset()
     env.sim.render = _Frames()
     env.render()
-    ((position, radius, _),) = env.sim.render.view.markers
+    goal, body = env.sim.render.view.markers
     # the base of the arm stands at 0.5 m
-    assert position == pytest.approx([0.1, 0.2, 0.8], abs=1e-6)
-    assert radius > 0
+    assert goal.positions[0] == pytest.approx([0.1, 0.2, 0.8], abs=1e-6)
+    assert len(goal.positions) == len(body.positions) == 1
 
 
 @pytest.mark.parametrize(

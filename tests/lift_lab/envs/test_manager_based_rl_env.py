@@ -6,6 +6,7 @@ import pytest
 import torch
 
 import lift_lab.envs.mdp as mdp
+from lift_lab.actuators import DelayedPDActuatorCfg
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.managers import (
     CommandTerm,
@@ -300,6 +301,47 @@ def test_only_the_named_environments_are_reset(make_env):
     assert env.episode_length_buf.tolist() == [3, 3, 0]
     torch.testing.assert_close(obs["policy"][2, :2], default[2])
     torch.testing.assert_close(obs["policy"][:2, :2], before["policy"][:2, :2])
+
+
+def test_a_partial_reset_leaves_the_others_histories_delays_and_timers_alone(make_env, make_cfg):
+    def run(ends: bool):
+        fired = []
+
+        def note(env, env_ids):
+            fired.append((env.common_step_counter, env_ids.tolist()))
+
+        def end(env):
+            return torch.tensor([False, False, ends and env.common_step_counter == 3])
+
+        cfg = make_cfg(
+            observations=_group(
+                joint_pos=ObservationTermCfg(func=mdp.joint_pos, history_length=3),
+                effort=ObservationTermCfg(func=mdp.joint_effort),
+            ),
+            events={
+                "default": EventTermCfg(func=mdp.reset_scene_to_default, mode="reset"),
+                "note": EventTermCfg(func=note, mode="interval", interval_range_s=(0.1, 0.1)),
+            },
+            terminations={"end": TerminationTermCfg(func=end)},
+        )
+        cfg.scene.robot.actuators = {
+            "all": DelayedPDActuatorCfg(
+                joint_names_expr=[".*"], stiffness=50.0, damping=5.0, effort_limit=50.0, min_delay=6, max_delay=6
+            )
+        }
+        env = make_env(cfg=cfg)
+        env.reset(seed=1)
+        generator = torch.Generator().manual_seed(4)
+        seen = [env.step(torch.rand(3, 2, generator=generator))[0]["policy"].clone() for _ in range(8)]
+        return torch.stack(seen), fired, env.scene["robot"].data.default_joint_pos[2]
+
+    whole, fired_whole, _ = run(ends=False)
+    parted, fired_parted, default = run(ends=True)
+    assert torch.equal(parted[:, :2], whole[:, :2])
+    assert torch.equal(parted[:2, 2], whole[:2, 2])
+    torch.testing.assert_close(parted[2, 2, :6], default.repeat(3))  # the first value after a reset fills the history
+    assert fired_whole == [(5, [0, 1, 2])]
+    assert fired_parted == [(5, [0, 1]), (7, [2])]  # its timer began again at step 3
 
 
 def test_reset_to_puts_environments_into_a_recorded_state(make_env, elbow_position):

@@ -228,6 +228,20 @@ def test_computing_without_update_leaves_the_history_as_it_is(env):
     assert manager.compute(update_history=True)["policy"].tolist() == [[3.0, 3.0], [2.0, 3.0]]
 
 
+def test_a_preview_is_what_the_next_update_gives_and_leaves_no_trace(env):
+    low_pass = modifiers.DigitalFilterCfg(A=[-0.5], B=[0.5])
+    term = ObservationTermCfg(func=single, history_length=3, modifiers=[low_pass])
+    manager = manager_of(env, t=term, u=ObservationTermCfg(func=state))
+    twin = manager_of(env, t=term, u=ObservationTermCfg(func=state))
+    for value in (2.0, 4.0):
+        env.state[:] = value
+        previewed = [manager.preview()["policy"] for _ in range(2)]
+        updated = manager.compute(update_history=True)["policy"]
+        assert torch.equal(previewed[0], updated)
+        assert torch.equal(previewed[1], updated)
+        assert torch.equal(twin.compute(update_history=True)["policy"], updated)
+
+
 def test_each_term_is_one_block_of_history(env):
     manager = manager_of(env, a=ObservationTermCfg(func=state, history_length=2), b=ObservationTermCfg(func=single))
     manager.compute(update_history=True)

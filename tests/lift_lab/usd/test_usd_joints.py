@@ -93,6 +93,44 @@ def test_a_d6_joint_locks_where_low_is_above_high_and_is_free_without_limit(pair
     np.testing.assert_allclose(data.body("link").xpos, (0.1, 0.3, 1), atol=1e-9)
 
 
+def test_a_d6_axis_held_at_zero_is_locked_with_or_without_its_api(pair, notes):
+    """Exporters write limits without applying LimitAPI; a range of nothing at zero is a lock."""
+    joint = pair.joint("/Robot/d", "Joint", "/Robot/base", "/Robot/link", pos0=(0, 0, 1))
+    _limit(joint, "transX", 0.0, 0.0)
+    for token in ("transY", "transZ", "rotY", "rotZ"):
+        pair.attrs(joint, {f"limit:{token}:physics:low": 0.0, f"limit:{token}:physics:high": 0.0})
+    pair.attrs(joint, {"limit:rotX:physics:low": -90.0, "limit:rotX:physics:high": 45.0})
+    model, report = pair.load()
+    assert report.joints == ["d"]
+    np.testing.assert_allclose(model.jnt_range[0], [-math.pi / 2, math.pi / 4], rtol=1e-6)
+    assert sum("not applied" in reason for reason in notes(report, "/Robot/d")[1]) == 5
+
+
+def test_a_reversed_d6_joint_is_the_inverse_chain(author):
+    """Authored from the link to the base: base = link * F0 * X(x) * RX(a) * RZ(b) * F1^-1."""
+    a = author()
+    a.body("/Robot/base")
+    a.body("/Robot/link", pos=(0, 0, -0.2))
+    a.joint("/Robot/weld", "FixedJoint", None, "/Robot/base")
+    joint = a.joint("/Robot/d", "Joint", "/Robot/link", "/Robot/base", pos0=(0.1, 0, 0.2), pos1=(0, 0.3, 0))
+    for token in ("transY", "transZ", "rotY"):
+        _limit(joint, token, 1.0, -1.0)
+    for token in ("rotX", "rotZ"):
+        _limit(joint, token, -60.0, 60.0)
+    model, report = a.load()
+    data = mujoco.MjData(model)
+    q = {"d_transX": 0.3, "d_rotX": 0.5, "d_rotZ": -0.8}
+    assert report.joints == ["d_rotZ", "d_rotX", "d_transX"]
+    for name, value in q.items():
+        data.joint(name).qpos[0] = value
+    mujoco.mj_kinematics(model, data)
+    turn = Rotation.from_euler("x", 0.5) * Rotation.from_euler("z", -0.8)
+    # link to base: p -> F0 X R F1^-1 p
+    base_in_link = np.array([0.1 + 0.3, 0, 0.2]) + turn.apply([0, -0.3, 0])
+    np.testing.assert_allclose(data.body("link").xpos, -turn.inv().apply(base_in_link), atol=1e-6)
+    np.testing.assert_allclose(data.body("link").xmat.reshape(3, 3), turn.inv().as_matrix(), atol=1e-6)
+
+
 def test_a_d6_joint_with_one_free_axis_is_that_joint_under_its_own_name(pair):
     joint = pair.joint("/Robot/d", "Joint", "/Robot/base", "/Robot/link")
     for token in ("transX", "transY", "transZ", "rotX", "rotY"):

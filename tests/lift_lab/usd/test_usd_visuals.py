@@ -9,6 +9,7 @@ import zlib
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade
 from scipy.spatial.transform import Rotation
 
@@ -222,3 +223,90 @@ def test_instances_are_drawn_through_their_prototypes(author):
         assert len(geoms) == 2
     # the prototype itself lies outside any body: only its collider remains, and it shows nothing
     assert model.nmesh == 1
+
+
+def _textured(a, prim, path):
+    """Bind a preview surface whose colour is a texture file."""
+    material, shader = _preview(a, "/Robot/look")
+    texture = UsdShade.Shader.Define(a.stage, "/Robot/look/wood")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(str(path)))
+    texture.CreateInput("fallback", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(0, 1, 0, 1))
+    texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).ConnectToSource(texture.ConnectableAPI(), "rgb")
+    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+
+
+def _uv_box(a, primvar="st"):
+    prim = a.mesh("/Robot/m", BOX_POINTS, BOX_FACES, collider=False)
+    st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(primvar, Sdf.ValueTypeNames.TexCoord2fArray, "vertex")
+    st.Set([Gf.Vec2f(x, y) for x, y, _ in BOX_POINTS])
+    return prim
+
+
+@pytest.mark.parametrize(("suffix", "mode"), [("jpg", "RGB"), ("bmp", "RGB"), ("png", "I;16"), ("tga", "RGBA")])
+def test_other_picture_formats_are_shown_too(author, tmp_path, suffix, mode):
+    color = {"RGB": (200, 100, 50), "RGBA": (200, 100, 50, 255), "I;16": 65535}[mode]
+    Image.new(mode, (4, 4), color).save(tmp_path / f"wood.{suffix}")
+    a = author()
+    _textured(a, _uv_box(a, "UVMap"), tmp_path / f"wood.{suffix}")
+    model, _ = a.load(strict=True)
+    assert (model.ntex, model.geom("m").matid[0]) == (1, 0)
+    expected = (255, 255, 255) if mode == "I;16" else (200, 100, 50)
+    np.testing.assert_allclose(model.tex_data[:3], expected, atol=3)
+    assert model.mesh_texcoord.size
+
+
+def test_a_picture_that_cannot_be_read_is_reported_and_the_model_still_compiles(author, tmp_path, notes):
+    (tmp_path / "wood.png").write_bytes(b"\x89PNG\r\n\x1a\n garbage")
+    a = author()
+    _textured(a, _uv_box(a), tmp_path / "wood.png")
+    model, report = a.load()
+    assert "not a picture" in notes(report, "/Robot/look/wood")[0][0]
+    np.testing.assert_allclose(model.geom("m").rgba, (0, 1, 0, 1))
+
+
+def test_a_texture_on_a_shape_without_coordinates_is_reported(author, tmp_path, notes):
+    _png(tmp_path / "wood.png", (200, 100, 50))
+    a = author()
+    _textured(a, a.gprim("/Robot/v", "Cube", collider=False, size=0.4), tmp_path / "wood.png")
+    model, report = a.load()
+    assert "without texture coordinates" in notes(report, "/Robot/v")[0][0]
+    np.testing.assert_allclose(model.geom("v").rgba, (0, 1, 0, 1))
+
+
+@pytest.mark.parametrize("textured", [False, True])
+def test_an_omnipbr_material_gives_its_colour_or_texture(author, tmp_path, textured):
+    """As Isaac Sim's assets author it: an MDL shader of which usd-core knows nothing."""
+    _png(tmp_path / "wood.png", (200, 100, 50))
+    a = author()
+    prim = _uv_box(a)
+    material = UsdShade.Material.Define(a.stage, "/Robot/Looks/steel")
+    shader = UsdShade.Shader.Define(a.stage, "/Robot/Looks/steel/Shader")
+    shader.SetSourceAsset(Sdf.AssetPath("OmniPBR.mdl"), "mdl")
+    shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
+    shader.CreateInput("diffuse_color_constant", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(0.0, 0.5, 1.0))
+    shader.CreateInput("diffuse_tint", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1.0, 0.5, 1.0))
+    if textured:
+        file = shader.CreateInput("diffuse_texture", Sdf.ValueTypeNames.Asset)
+        file.Set(Sdf.AssetPath(str(tmp_path / "wood.png")))
+    material.CreateSurfaceOutput("mdl").ConnectToSource(shader.ConnectableAPI(), "out")
+    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+    model, _ = a.load()
+    expected = _srgb((1.0, 0.5, 1.0)) if textured else _srgb((0.0, 0.25, 1.0))
+    np.testing.assert_allclose(model.geom("m").rgba[:3], expected, atol=1e-6)
+    assert model.ntex == int(textured)
+
+
+def test_another_shader_is_reported_and_leaves_the_display_colour(author, notes):
+    a = author()
+    prim = a.gprim("/Robot/v", "Cube", collider=False, size=0.4)
+    UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(1, 0, 0)])
+    material = UsdShade.Material.Define(a.stage, "/Robot/look")
+    shader = UsdShade.Shader.Define(a.stage, "/Robot/look/other")
+    shader.CreateIdAttr("ND_standard_surface_surfaceshader")
+    material.CreateSurfaceOutput("mtlx").ConnectToSource(shader.ConnectableAPI(), "out")
+    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+    model, report = a.load()
+    assert "not drawn" in notes(report, "/Robot/look")[0][0]
+    np.testing.assert_allclose(model.geom("v").rgba, (1, 0, 0, 1))

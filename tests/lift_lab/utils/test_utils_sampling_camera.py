@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 from scipy import stats
+from scipy.spatial.transform import Rotation
 
 import lift_lab.utils.math as math_utils
 
@@ -93,6 +94,16 @@ def test_random_poses_are_rigid_and_bounded():
     torch.testing.assert_close(rot @ rot.T, torch.eye(3))
     assert float(pose[:3, 3].abs().max()) <= 0.5
     assert math.acos(float((rot.trace() - 1) / 2)) <= 0.3
+
+
+def test_a_random_rotation_has_angles_below_its_bound_and_a_random_translation_fills_its_cube():
+    for _ in range(20):
+        rot = math_utils.generate_random_rotation(rot_boundary=0.3)
+        torch.testing.assert_close(rot @ rot.T, torch.eye(3))
+        angles = Rotation.from_matrix(rot.numpy()).as_euler("ZYX")  # Rz Ry Rx
+        assert ((angles >= -1e-6) & (angles < 0.3)).all()
+    points = torch.stack([math_utils.generate_random_translation(2.0) for _ in range(500)])
+    assert stats.kstest(points.flatten().numpy(), stats.uniform(-2.0, 4.0).cdf).pvalue > 0.01
 
 
 ##

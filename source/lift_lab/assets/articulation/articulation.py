@@ -11,6 +11,7 @@ import torch
 from lift_lab.actuators import ActuatorBase
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
+from lift_lab.utils.types import ArticulationActions
 
 from ..asset_base import EnvIds, as_columns
 from ..movable import MovableAsset
@@ -174,10 +175,15 @@ class Articulation(MovableAsset):
                 cfg,
                 joints,
                 ids,
-                data.joint_stiffness[:, ids].clone(),
-                data.joint_damping[:, ids].clone(),
-                limit,
-                data.joint_vel_limits[:, ids].clone(),
+                self.num_instances,
+                str(device),
+                stiffness=data.joint_stiffness[:, ids],
+                damping=data.joint_damping[:, ids],
+                armature=data.joint_armature[:, ids],
+                friction=data.joint_friction_coeff[:, ids],
+                viscous_friction=data.joint_viscous_friction_coeff[:, ids],
+                effort_limit=limit,
+                velocity_limit=data.joint_vel_limits[:, ids],
             )
         driven = [name for name in names if name in self._drives.joints]
         self._driven = as_columns([names.index(name) for name in driven])
@@ -243,13 +249,15 @@ class Articulation(MovableAsset):
             if actuator.is_implicit_model:
                 continue
             ids = actuator.joint_indices
-            effort[:, ids] = actuator.compute(
-                data.joint_pos_target[:, ids],
-                data.joint_vel_target[:, ids],
-                data.joint_effort_target[:, ids],
-                data.joint_pos[:, ids],
-                data.joint_vel[:, ids],
+            targets = ArticulationActions(
+                joint_positions=data.joint_pos_target[:, ids],
+                joint_velocities=data.joint_vel_target[:, ids],
+                joint_efforts=data.joint_effort_target[:, ids],
+                joint_indices=ids,
             )
+            given = actuator.compute(targets, data.joint_pos[:, ids], data.joint_vel[:, ids]).joint_efforts
+            assert given is not None, f"{type(actuator).__name__}.compute must return joint_efforts"
+            effort[:, ids] = given
             computed[:, ids] = actuator.computed_effort
         data._explicit_effort = effort[:, data._explicit_ids]
         data._explicit_computed = computed[:, data._explicit_ids]
@@ -414,6 +422,15 @@ class Articulation(MovableAsset):
         low, high = self.data.joint_pos_limits.unbind(-1)
         self.data.default_joint_pos.clamp_(low, high)
 
+    def write_joint_velocity_limit_to_sim(
+        self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set velocity limits (rad/s or m/s), shape (n, num joints chosen): data for rewards and resets.
+
+        MuJoCo does not clamp velocities.
+        """
+        self._set("joint_vel_limits", limits, joint_ids, env_ids)
+
     def write_joint_effort_limit_to_sim(
         self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
@@ -436,6 +453,10 @@ class Articulation(MovableAsset):
                 continue
             field[:, a, 0] = -limit.to(field.dtype)
             field[:, a, 1] = limit.to(field.dtype)
+
+    # Isaac Lab's older names
+    write_joint_limits_to_sim = write_joint_position_limit_to_sim
+    write_joint_friction_to_sim = write_joint_friction_coefficient_to_sim
 
     # -- kinematics
 

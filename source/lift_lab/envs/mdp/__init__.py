@@ -84,11 +84,8 @@ from .unsupported import (
     image,
     image_features,
     randomize_fixed_tendon_parameters,
-    randomize_rigid_body_collider_offsets,
-    randomize_rigid_body_com,
     randomize_rigid_body_scale,
     randomize_visual_color,
     randomize_visual_texture_material,
-    reset_nodal_state_uniform,
     reset_root_state_from_terrain,
 )

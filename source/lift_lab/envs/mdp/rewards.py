@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.managers import ManagerTermBase, SceneEntityCfg
+from lift_lab.utils.errors import ConfigError
 
 from ._tensors import columns
 
@@ -72,9 +73,18 @@ def flat_orientation_l2(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = Scen
 
 
 def base_height_l2(
-    env: ManagerBasedRLEnv, target_height: float, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    target_height: float,
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
+    sensor_cfg: SceneEntityCfg | None = None,
 ) -> torch.Tensor:
-    """Squared difference of the root's height to ``target_height`` (m, world frame)."""
+    """Squared difference of the root's height to ``target_height`` (m, world frame).
+
+    Raises:
+        ConfigError: a ``sensor_cfg``; Isaac Lab's is a ray caster that measures the ground's height.
+    """
+    if sensor_cfg is not None:
+        raise ConfigError("mdp.base_height_l2: sensor_cfg needs a ray caster, which is not simulated; leave it None")
     asset: RigidObject = env.scene[asset_cfg.name]
     return (asset.data.root_pos_w[:, 2] - target_height).square()
 

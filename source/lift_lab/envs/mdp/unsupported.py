@@ -71,18 +71,6 @@ class randomize_rigid_body_scale(UnsupportedTerm):
     needs = _ONE_MODEL
 
 
-class randomize_rigid_body_com(UnsupportedTerm):
-    """Isaac Lab's event that moves centres of mass."""
-
-    needs = "assets whose centres of mass differ between environments"
-
-
-class randomize_rigid_body_collider_offsets(UnsupportedTerm):
-    """Isaac Lab's event that changes rest and contact offsets."""
-
-    needs = "PhysX's collider offsets"
-
-
 class randomize_fixed_tendon_parameters(UnsupportedTerm):
     """Isaac Lab's event that changes tendons."""
 
@@ -105,9 +93,3 @@ class reset_root_state_from_terrain(UnsupportedTerm):
     """Isaac Lab's event that puts roots onto flat patches of the terrain."""
 
     needs = _TERRAIN
-
-
-class reset_nodal_state_uniform(UnsupportedTerm):
-    """Isaac Lab's event that moves deformable objects."""
-
-    needs = "deformable objects, which are not simulated"

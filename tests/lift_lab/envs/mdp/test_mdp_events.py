@@ -7,6 +7,7 @@ import lift_lab.envs.mdp as mdp
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.sim import ignored
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.math import quat_apply
 
 BALL = SceneEntityCfg("ball")
 ROBOT = SceneEntityCfg("robot")
@@ -251,6 +252,69 @@ def test_joint_friction_armature_and_limits_are_drawn(env):
     torch.testing.assert_close(data.joint_pos_limits[..., 0], torch.full((env.num_envs, 2), -torch.pi / 2))
     with pytest.raises(ConfigError, match="above its upper limit"):
         _class_term(mdp.randomize_joint_parameters, env, asset_cfg=ROBOT, lower_limit_distribution_params=(3.0, 3.0))
+
+
+def test_centres_of_mass_move_alike_and_always_from_where_they_were_at_first(env):
+    robot = env.scene["robot"]
+    default = robot.data.body_com_pos_b.clone()
+    chosen = SceneEntityCfg("robot", body_names=["upper", "lower"])
+    chosen.resolve(env.scene)
+    ids = torch.arange(0, env.num_envs, 2)
+    for _ in range(3):  # drawn anew, never on top of the last
+        mdp.randomize_rigid_body_com(env, ids, {"x": (-0.1, 0.1), "z": (0.05, 0.05)}, chosen)
+    shift = robot.data.body_com_pos_b - default
+    assert shift[1::2].abs().max() == 0.0
+    moved = shift[ids][:, chosen.body_ids]
+    torch.testing.assert_close(moved[:, 0], moved[:, 1])
+    assert moved[..., 0].abs().max() <= 0.1
+    assert moved[..., 0].std() > 0.04
+    torch.testing.assert_close(moved[..., 1:], torch.tensor([0.0, 0.05]).expand_as(moved[..., 1:]))
+    env.sim.physics.refresh()
+    quat = robot.data.body_quat_w
+    expected = robot.data.body_pos_w + quat_apply(quat, robot.data.body_com_pos_b)
+    torch.testing.assert_close(robot.data.body_com_pos_w, expected, atol=1e-5, rtol=0)
+
+
+def test_a_centre_of_mass_that_was_compiled_to_stay_says_how_it_can_move(env):
+    with pytest.raises(ConfigError, match="'ball': the centre of mass of 'Ball' was compiled to stay at its origin"):
+        mdp.randomize_rigid_body_com(env, None, {"y": (0.05, 0.05)}, BALL)
+
+
+@pytest.mark.parametrize("physics", ["native", pytest.param("warp", marks=pytest.mark.slow)])
+def test_a_moved_centre_of_mass_is_what_a_body_spins_about(make_env, physics):
+    params = {"com_range": {"y": (0.05, 0.05)}, "asset_cfg": BALL}
+    events = {"com": EventTermCfg(func=mdp.randomize_rigid_body_com, mode="only_some", params=params)}
+    env = make_env(physics=physics, events=events)
+    env.reset()
+    env.event_manager.apply(mode="only_some", env_ids=torch.tensor([0]))
+    ball = env.scene["ball"]
+    before = ball.data.root_link_pose_w.clone()
+    velocity = torch.tensor([[0.0, 0.0, 0.0, 0.0, 0.0, 3.0]]).repeat(env.num_envs, 1)
+    ball.write_root_velocity_to_sim(velocity)
+    torch.testing.assert_close(ball.data.root_com_vel_w, velocity, atol=1e-5, rtol=0)
+    # about the centre of mass, 5 cm along y, the origin moves with w x (0, -0.05, 0) = (0.15, 0, 0)
+    torch.testing.assert_close(ball.data.root_link_vel_w[0, :3], torch.tensor([0.15, 0.0, 0.0]), atol=1e-5, rtol=0)
+    assert ball.data.root_link_vel_w[1:, :3].abs().max() < 1e-5
+    com_pose = ball.data.root_com_pose_w.clone()
+    com_pose[:, 0] += 0.2
+    ball.write_root_com_pose_to_sim(com_pose)
+    before[:, 0] += 0.2
+    torch.testing.assert_close(ball.data.root_link_pose_w, before, atol=1e-5, rtol=0)
+    # spinning freely by 0.6 rad, the centre of mass stays; about the origin it would go 3 cm
+    for _ in range(10):
+        env.sim.physics.step(4)
+        env.scene.update(0.02)
+    torch.testing.assert_close(ball.data.root_com_pos_w, com_pose[:, :3], atol=1e-3, rtol=0)
+    assert (ball.data.root_link_pos_w[0] - before[0, :3]).norm() > 0.02
+
+
+def test_collider_margins_are_set_in_the_chosen_environments(env):
+    margins = env.sim.physics.randomizable("geom_margin")
+    geom = env.scene["ball"]._geom_ids[0]
+    mdp.randomize_rigid_body_collider_offsets(env, torch.tensor([1, 3]), BALL, (0.001, 0.002), (0.01, 0.02))
+    assert ((margins[[1, 3], geom] >= 0.001) & (margins[[1, 3], geom] <= 0.002)).all()
+    assert margins[[0, 2], geom].abs().max() == 0.0
+    assert any("contact_offset_distribution_params" in path for path in ignored.pending_ignored())
 
 
 def test_gravity_is_the_same_everywhere(env):

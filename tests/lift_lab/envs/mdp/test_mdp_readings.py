@@ -19,6 +19,8 @@ def env():
     data = SimpleNamespace(
         root_pos_w=torch.tensor([[1.0, 2.0, 0.3], [4.0, 2.0, 0.7]]),
         root_quat_w=torch.tensor([[1.0, 0.0, 0.0, 0.0], [-0.6, 0.8, 0.0, 0.0]]),
+        root_lin_vel_w=torch.tensor([[0.5, 0.0, 0.1], [0.0, 0.6, 0.0]]),
+        root_ang_vel_w=torch.tensor([[0.0, 0.2, 0.0], [0.7, 0.0, -0.7]]),
         root_lin_vel_b=torch.tensor([[0.1, 0.2, 0.3], [1.0, -2.0, 0.5]]),
         root_ang_vel_b=torch.tensor([[0.3, 0.4, 1.0], [0.0, -1.0, 2.0]]),
         projected_gravity_b=torch.tensor([[0.0, 0.0, -1.0], [math.sin(tilt), 0.0, -math.cos(tilt)]]),
@@ -40,7 +42,13 @@ def env():
     forces[0, 1, 0, 2] = 5.0
     forces[1, 0, 1] = torch.tensor([3.0, 4.0, 0.0])
     command = torch.tensor([[0.1, 0.2, 1.0], [0.0, 0.0, 0.0]])
-    scene = {"robot": SimpleNamespace(data=data)}
+    imu = SimpleNamespace(
+        quat_w=torch.tensor([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]),
+        projected_gravity_b=torch.tensor([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]),
+        ang_vel_b=torch.tensor([[0.1, 0.0, 0.0], [0.0, 0.0, 0.2]]),
+        lin_acc_b=torch.tensor([[0.0, 0.0, 9.81], [1.0, 0.0, -9.81]]),
+    )
+    scene = {"robot": SimpleNamespace(data=data), "imu": SimpleNamespace(data=imu)}
     return SimpleNamespace(
         num_envs=2,
         device="cpu",
@@ -83,6 +91,13 @@ SIN30, COS30 = 0.5, math.cos(math.radians(30.0))
 OBSERVATIONS = [
     (mdp.base_pos_z, {}, [[0.3], [0.7]]),
     (mdp.base_lin_vel, {}, [[0.1, 0.2, 0.3], [1.0, -2.0, 0.5]]),
+    (mdp.base_ang_vel, {}, [[0.3, 0.4, 1.0], [0.0, -1.0, 2.0]]),
+    (mdp.root_lin_vel_w, {}, [[0.5, 0.0, 0.1], [0.0, 0.6, 0.0]]),
+    (mdp.root_ang_vel_w, {}, [[0.0, 0.2, 0.0], [0.7, 0.0, -0.7]]),
+    (mdp.imu_orientation, {}, [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]),
+    (mdp.imu_projected_gravity, {}, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]),
+    (mdp.imu_ang_vel, {}, [[0.1, 0.0, 0.0], [0.0, 0.0, 0.2]]),
+    (mdp.imu_lin_acc, {}, [[0.0, 0.0, 9.81], [1.0, 0.0, -9.81]]),
     (mdp.projected_gravity, {}, [[0.0, 0.0, -1.0], [SIN30, 0.0, -COS30]]),
     (mdp.root_pos_w, {}, [[0.0, 1.0, 0.3], [0.0, 1.0, 0.7]]),
     (mdp.root_quat_w, {}, [[1.0, 0.0, 0.0, 0.0], [-0.6, 0.8, 0.0, 0.0]]),

@@ -15,6 +15,7 @@ from .actions_cfg import (
     NonHolonomicActionCfg,
     OperationalSpaceControllerActionCfg,
     RelativeJointPositionActionCfg,
+    SurfaceGripperBinaryActionCfg,
 )
 from .binary_joint_actions import (
     AbsBinaryJointPositionAction,
@@ -31,4 +32,5 @@ from .joint_actions import (
 )
 from .joint_actions_to_limits import EMAJointPositionToLimitsAction, JointPositionToLimitsAction
 from .non_holonomic_actions import NonHolonomicAction
+from .surface_gripper_actions import SurfaceGripperBinaryAction
 from .task_space_actions import DifferentialInverseKinematicsAction, OperationalSpaceControllerAction

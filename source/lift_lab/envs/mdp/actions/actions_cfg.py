@@ -14,6 +14,7 @@ from . import (
     joint_actions,
     joint_actions_to_limits,
     non_holonomic_actions,
+    surface_gripper_actions,
     task_space_actions,
 )
 
@@ -235,3 +236,15 @@ class OperationalSpaceControllerActionCfg(ActionTermCfg):
     nullspace_joint_pos_target: Literal["none", "zero", "default", "center"] = "none"
     """Joint positions that a redundant arm's free motion is pulled to; needs the controller's
     ``nullspace_control="position"``."""
+
+
+@configclass
+class SurfaceGripperBinaryActionCfg(ActionTermCfg):
+    """Config of a surface gripper's action (data only)."""
+
+    class_type: type = surface_gripper_actions.SurfaceGripperBinaryAction
+
+    open_command: float = -1.0
+    """What opens the gripper."""
+    close_command: float = 1.0
+    """What closes it."""

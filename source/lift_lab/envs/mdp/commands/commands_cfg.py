@@ -11,7 +11,7 @@ from lift_lab.markers.config import BLUE_ARROW_X_MARKER_CFG, FRAME_MARKER_CFG, G
 from lift_lab.utils import configclass
 
 from .null_command import NullCommand
-from .pose_2d_command import UniformPose2dCommand
+from .pose_2d_command import TerrainBasedPose2dCommand, UniformPose2dCommand
 from .pose_command import UniformPoseCommand
 from .velocity_command import NormalVelocityCommand, UniformVelocityCommand
 
@@ -179,3 +179,20 @@ class UniformPose2dCommandCfg(CommandTermCfg):
         GREEN_ARROW_X_MARKER_CFG, "arrow", "/Visuals/Command/pose_goal", (0.2, 0.2, 0.8)
     )
     """Marker of the commanded pose."""
+
+
+@configclass
+class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
+    """Config of a pose on a generated terrain (data only)."""
+
+    class_type: type = TerrainBasedPose2dCommand
+
+    @configclass
+    class Ranges:
+        """(low, high) of the heading."""
+
+        heading: tuple[float, float] = MISSING
+        """Heading in rad; not used with ``simple_heading``."""
+
+    ranges: Ranges = MISSING
+    """Where headings are drawn from."""

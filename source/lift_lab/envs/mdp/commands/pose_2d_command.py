@@ -9,6 +9,7 @@ import torch
 from lift_lab.managers import CommandTerm
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.errors import ConfigError
 
 from .._tensors import sample_ranges
 
@@ -89,3 +90,15 @@ class UniformPose2dCommand(CommandTerm):
         self.goal_pose_visualizer.visualize(
             self.pos_command_w, math_utils.quat_from_euler_xyz(zeros, zeros, self.heading_command_w)
         )
+
+
+class TerrainBasedPose2dCommand(UniformPose2dCommand):
+    """A position drawn from the flat patches of a generated terrain: making one raises."""
+
+    def __init__(self, cfg: UniformPose2dCommandCfg, env: ManagerBasedRLEnv):
+        """Refuse.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError("mdp.TerrainBasedPose2dCommand needs a generated terrain; use UniformPose2dCommandCfg")

@@ -8,12 +8,15 @@ from .randomization import (
     randomize_actuator_gains,
     randomize_joint_parameters,
     randomize_physics_scene_gravity,
+    randomize_rigid_body_collider_offsets,
+    randomize_rigid_body_com,
     randomize_rigid_body_mass,
     randomize_rigid_body_material,
 )
 from .resets import (
     reset_joints_by_offset,
     reset_joints_by_scale,
+    reset_nodal_state_uniform,
     reset_root_state_uniform,
     reset_root_state_with_random_orientation,
     reset_scene_to_default,

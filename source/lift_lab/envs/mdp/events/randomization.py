@@ -5,7 +5,7 @@ Each draws anew from the values at start, never from values that were already ra
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import torch
@@ -15,7 +15,7 @@ from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .._tensors import EnvIds, block, num_rows, sample_ranges
+from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject
@@ -182,6 +182,72 @@ class randomize_rigid_body_mass(ManagerTermBase):
             env_ids=env_ids,
             recompute_inertia=recompute_inertia,
         )
+
+
+def randomize_rigid_body_com(
+    env: ManagerBasedEnv,
+    env_ids: EnvIds,
+    com_range: Mapping[str, Sequence[float]],
+    asset_cfg: SceneEntityCfg,
+) -> None:
+    """Move the centres of mass of the chosen bodies away from where they are at start, all of them alike.
+
+    Args:
+        env: the environment.
+        env_ids: environments to change.
+        com_range: (low, high) of the displacement for any of ``x, y, z`` in m, along the link's axes.
+        asset_cfg: the asset and which of its bodies.
+
+    Raises:
+        ConfigError: the range names an axis that does not exist.
+    """
+    asset: RigidObject | Articulation = env.scene[asset_cfg.name]
+    body_ids = asset_cfg.body_ids
+    default = block(asset.data.default_body_com_pos_b, env_ids, body_ids)
+    ranges = axis_ranges(com_range, "randomize_rigid_body_com: com_range", axes=("x", "y", "z"))
+    coms = default + sample_ranges(ranges, len(default), env.device)[:, None]
+    asset.write_body_com_to_sim(coms, None if isinstance(body_ids, slice) else body_ids, env_ids)
+
+
+def _let_centres_of_mass_move(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg, **params: Any) -> None:
+    """Keep MuJoCo from compiling a free body for a centre of mass that stays at its origin."""
+    for body in env.scene.spec.bodies:
+        if body.name.startswith(f"{asset_cfg.name}/"):
+            body.simple = False
+
+
+randomize_rigid_body_com.prepare_model = _let_centres_of_mass_move
+
+
+def randomize_rigid_body_collider_offsets(
+    env: ManagerBasedEnv,
+    env_ids: EnvIds,
+    asset_cfg: SceneEntityCfg,
+    rest_offset_distribution_params: tuple[float, float] | None = None,
+    contact_offset_distribution_params: tuple[float, float] | None = None,
+    distribution: Distribution = "uniform",
+) -> None:
+    """Set the contact margins of the chosen bodies' colliders, one value for each body and environment.
+
+    Args:
+        env: the environment.
+        env_ids: environments to change.
+        asset_cfg: the asset and which of its bodies.
+        rest_offset_distribution_params: parameters of the margin's distribution in m; None leaves margins alone.
+        contact_offset_distribution_params: ignored: MuJoCo needs none.
+        distribution: ``uniform``, ``log_uniform`` or ``gaussian``.
+    """
+    asset: RigidObject | Articulation = env.scene[asset_cfg.name]
+    if contact_offset_distribution_params is not None:
+        path = f"events.{asset_cfg.name}: randomize_rigid_body_collider_offsets.contact_offset_distribution_params"
+        note_ignored(path, "MuJoCo finds contacts without it")
+    if rest_offset_distribution_params is None:
+        return
+    body_ids = asset_cfg.body_ids
+    for body_id in range(asset.num_bodies) if isinstance(body_ids, slice) else body_ids:
+        zeros = torch.zeros(num_rows(env_ids, env.num_envs), device=env.device)
+        margin = _vary(zeros, rest_offset_distribution_params, "abs", distribution)
+        asset.write_collider_margin_to_sim(margin, body_ids=[body_id], env_ids=env_ids)
 
 
 def randomize_physics_scene_gravity(

@@ -13,7 +13,7 @@ from lift_lab.utils import math as math_utils
 from .._tensors import EnvIds, axis_ranges, block, is_zero, sample_ranges
 
 if TYPE_CHECKING:
-    from lift_lab.assets import Articulation, RigidObject
+    from lift_lab.assets import Articulation, DeformableObject, RigidObject
     from lift_lab.envs import ManagerBasedEnv
 
 
@@ -28,6 +28,8 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
     origins = block(env.scene.env_origins, env_ids)
     for rigid_object in env.scene.rigid_objects.values():
         _write_default_root_state(rigid_object, origins, env_ids)
+    for deformable in env.scene.deformable_objects.values():
+        deformable.write_nodal_state_to_sim(block(deformable.data.default_nodal_state_w, env_ids), env_ids=env_ids)
     for articulation in env.scene.articulations.values():
         if not articulation.is_fixed_base:
             _write_default_root_state(articulation, origins, env_ids)
@@ -116,6 +118,37 @@ def _add_velocity(state: torch.Tensor, velocity_range: Mapping[str, Sequence[flo
     ranges = axis_ranges(velocity_range, what)
     if not is_zero(ranges):
         state[:, 7:] += sample_ranges(ranges, len(state), device)
+
+
+def reset_nodal_state_uniform(
+    env: ManagerBasedEnv,
+    env_ids: EnvIds,
+    position_range: Mapping[str, Sequence[float]],
+    velocity_range: Mapping[str, Sequence[float]],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
+) -> None:
+    """Put a deformable object near its default state: all nodes are moved alike, by amounts drawn uniformly.
+
+    Args:
+        env: the environment.
+        env_ids: environments to reset.
+        position_range: (low, high) for any of ``x, y, z`` in m.
+        velocity_range: (low, high) for any of ``x, y, z`` in m/s.
+        asset_cfg: the deformable object.
+
+    Raises:
+        ConfigError: a range names an axis that does not exist.
+    """
+    asset: DeformableObject = env.scene[asset_cfg.name]
+    state = block(asset.data.default_nodal_state_w, env_ids)
+    for columns, ranges, what in (
+        (slice(0, 3), position_range, "position_range"),
+        (slice(3, 6), velocity_range, "velocity_range"),
+    ):
+        bounds = axis_ranges(ranges, f"reset_nodal_state_uniform: {what}", axes=("x", "y", "z"))
+        if not is_zero(bounds):
+            state[..., columns] += sample_ranges(bounds, len(state), env.device)[:, None]
+    asset.write_nodal_state_to_sim(state, env_ids=env_ids)
 
 
 def reset_joints_by_scale(

@@ -1,5 +1,5 @@
 """Ray patterns: configs only."""
 
-from .patterns_cfg import GridPatternCfg, LidarPatternCfg, PatternBaseCfg, PinholeCameraPatternCfg
+from .patterns_cfg import BpearlPatternCfg, GridPatternCfg, LidarPatternCfg, PatternBaseCfg, PinholeCameraPatternCfg
 
-__all__ = ["GridPatternCfg", "LidarPatternCfg", "PatternBaseCfg", "PinholeCameraPatternCfg"]
+__all__ = ["BpearlPatternCfg", "GridPatternCfg", "LidarPatternCfg", "PatternBaseCfg", "PinholeCameraPatternCfg"]

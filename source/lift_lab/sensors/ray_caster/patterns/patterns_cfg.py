@@ -44,3 +44,12 @@ class LidarPatternCfg(PatternBaseCfg):
     vertical_fov_range: tuple[float, float] = MISSING
     horizontal_fov_range: tuple[float, float] = MISSING
     horizontal_res: float = MISSING
+
+
+@configclass
+class BpearlPatternCfg(PatternBaseCfg):
+    """The rays of a RS-Bpearl lidar."""
+
+    horizontal_fov: float = 360.0
+    horizontal_res: float = 10.0
+    vertical_ray_angles: list[float] = [89.5 - 2.8125 * i for i in range(32)]

@@ -1,0 +1,1 @@
+"""Isaac Lab's module path of helpers of environments."""

@@ -1,0 +1,1 @@
+"""Terrain configs with values."""
