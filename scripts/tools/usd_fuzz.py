@@ -1,11 +1,14 @@
 """Feed damaged USD files to the importer and count what happens.
 
-python scripts/tools/usd_fuzz.py [--cases 2000] [--seconds 600] [--seed 0] [--keep FOLDER]
+python scripts/tools/usd_fuzz.py [--cases 2000] [--seconds 600] [--seed 0] [--keep FOLDER] [--only SUFFIX]
 
-Each case is a shipped or generated stage with one to three mutations: extreme numbers, deleted, doubled and swapped
-lines, exchanged paths and tokens, flipped bytes, truncation. A case may import (and then must compile and step) or end
-in a UsdImportError. Anything else, a case that takes longer than ten seconds, or one that ends the interpreter, is a
-failure; failing files are kept in FOLDER, and the exit status is 1.
+A case is a shipped or generated stage, damaged. Text (.usda) gets one to three mutations: extreme numbers, deleted,
+doubled and swapped lines, exchanged paths and tokens, flipped bytes, truncation. Crates (.usdc) and packages (.usdz)
+get flipped bytes, extreme integers where offsets and counts lie, copied and blanked stretches, truncation.
+
+Files are imported by a process of their own with bounds on time and memory. A case may import (and then must compile
+and step) or end in a UsdImportError of one line. Anything else is a failure: another exception, more than ten seconds
+of computing, the end of the interpreter. Failing files are kept in FOLDER, and the exit status is 1.
 """
 
 from __future__ import annotations
@@ -13,18 +16,38 @@ from __future__ import annotations
 import multiprocessing
 import random
 import re
+import resource
+import signal
+import struct
 import tempfile
 import time
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 from lift_lab.app import cli
 
 LIMIT_S = 10.0
-"""Longest time one case may take."""
+"""Longest computing time of one case; a busy machine may take PATIENCE times as long by the clock."""
+PATIENCE = 60.0
+MEMORY = 16 << 30
+"""Address space of the importing process in bytes."""
 NUMBER = re.compile(r"(?<![\w.<@/#])-?\d+\.?\d*(?:[eE][-+]?\d+)?(?![\w.@/>])")
 EXTREMES = ("0", "-1", "1", "nan", "inf", "-inf", "1e30", "-1e30", "1e-30", "1e300", "2147483648", "-0.0", "1e10")
+INTEGERS = (0, 1, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
 TOKENS = ("X", "Y", "Z", "none", "convexHull", "boundingCube", "sdf", "guide", "proxy", "acceleration", "force", "true")
+
+
+@dataclass
+class Seed:
+    """A valid file that cases are made from."""
+
+    name: str
+    content: bytes
+
+    @property
+    def suffix(self) -> str:
+        return self.name.rsplit(".", 1)[-1]
 
 
 def main() -> int:
@@ -33,47 +56,105 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=600.0, help="stop after this time")
     parser.add_argument("--seed", type=int, default=0, help="seed of the mutations")
     parser.add_argument("--keep", type=Path, default=Path("usd_fuzz"), metavar="FOLDER", help="where failures go")
+    parser.add_argument("--only", choices=("usda", "usdc", "usdz"), default=None, help="damage this format alone")
     args, _ = parser.parse()
 
-    seeds = seed_files()
-    counts: Counter[str] = Counter()
     start = time.monotonic()
+    seeds = [seed for seed in seed_files() if args.only in (None, seed.suffix)]
+    counts = fuzz(seeds, args.cases, args.seconds, args.seed, args.keep)
+    total, seconds = sum(counts.values()), time.monotonic() - start
+    print(f"{total} cases in {seconds:.0f} s")
+    for (suffix, outcome), count in sorted(counts.items()):
+        print(f"{suffix}: {count} {outcome}")
+    return 1 if failures(counts) else 0
+
+
+def fuzz(seeds: list[Seed], cases: int, seconds: float, seed: int, keep: Path) -> Counter[tuple[str, str]]:
+    """Try damaged files until `cases` or `seconds` are used up; returns counts by format and outcome."""
+    counts: Counter[tuple[str, str]] = Counter()
     with tempfile.TemporaryDirectory() as folder:
         worker = Worker()
-        for case in range(args.cases):
-            if time.monotonic() - start > args.seconds:
+        start = time.monotonic()
+        for case in range(cases):
+            if time.monotonic() - start > seconds:
                 break
-            rng = random.Random(f"{args.seed}-{case}")
-            name, text = rng.choice(seeds)
-            path = Path(folder) / f"{case}_{name}"
-            path.write_bytes(mutate(text, rng))
+            rng = random.Random(f"{seed}-{case}")
+            chosen = rng.choice(seeds)
+            path = Path(folder) / f"{case}_{chosen.name}"
+            path.write_bytes(damage(chosen, rng))
             outcome, detail = worker.run(path)
-            counts[outcome] += 1
+            counts[chosen.suffix, outcome] += 1
             if outcome not in ("imported", "refused"):
-                args.keep.mkdir(parents=True, exist_ok=True)
-                path.replace(args.keep / path.name)
-                print(f"{outcome}: {args.keep / path.name}: {detail}", flush=True)
-            path.unlink(missing_ok=True)
+                keep.mkdir(parents=True, exist_ok=True)
+                (keep / path.name).write_bytes(path.read_bytes())
+                print(f"{outcome}: {keep / path.name}: {detail}", flush=True)
+            path.unlink()
         worker.close()
-    total, seconds = sum(counts.values()), time.monotonic() - start
-    print(f"{total} cases in {seconds:.0f} s: " + ", ".join(f"{n} {outcome}" for outcome, n in counts.most_common()))
-    return 0 if total == counts["imported"] + counts["refused"] else 1
+    return counts
 
 
-def seed_files() -> list[tuple[str, str]]:
-    """Shipped stages as text, with absolute references, and a generated one that uses most of the mapping."""
-    from pxr import Usd
+def failures(counts: Counter[tuple[str, str]]) -> int:
+    """Number of cases that neither imported nor were refused."""
+    return sum(count for (_, outcome), count in counts.items() if outcome not in ("imported", "refused"))
+
+
+def seed_files(shipped: bool = True) -> list[Seed]:
+    """Shipped stages with absolute references, and a generated one that uses most of the mapping, in every format."""
+    from pxr import Sdf, Usd, UsdUtils
 
     from lift_lab.utils.assets import ASSETS_USD_DIR
 
-    found = []
-    for path in sorted(ASSETS_USD_DIR.glob("*.usda")):
-        text = path.read_text()
-        found.append((path.name, re.sub(r"@\./", f"@{path.parent.as_posix()}/", text)))
+    texts, crates = [], []
     stage = Usd.Stage.CreateInMemory()
     generate(stage)
-    # The generated stage is small and dense: give it half of the cases.
-    return found + [("generated.usda", stage.GetRootLayer().ExportToString())] * max(1, len(found))
+    with tempfile.TemporaryDirectory() as folder:
+        layers = {"generated": stage.GetRootLayer()}
+        for path in sorted(ASSETS_USD_DIR.glob("*.usda")) if shipped else ():
+            text = path.read_text()
+            texts.append(Seed(path.name, re.sub(r"@\./", f"@{path.parent.as_posix()}/", text).encode()))
+            if "@" not in text:
+                layers[path.stem] = Sdf.Layer.OpenAsAnonymous(str(path))
+        for name, layer in layers.items():
+            crate, package = Path(folder) / f"{name}.usdc", Path(folder) / f"{name}.usdz"
+            layer.Export(str(crate))
+            crates.append(Seed(crate.name, crate.read_bytes()))
+            UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(crate)), str(package))
+            crates.append(Seed(package.name, package.read_bytes()))
+    generated = Seed("generated.usda", stage.GetRootLayer().ExportToString().encode())
+    # Half of the text cases are damaged copies of the generated stage, which is small and dense; half of all are text.
+    texts += [generated] * max(1, len(texts))
+    return texts * max(1, round(len(crates) / len(texts))) + crates
+
+
+def damage(seed: Seed, rng: random.Random) -> bytes:
+    """The content of a seed with random mutations that suit its format."""
+    return mutate(seed.content.decode(), rng) if seed.suffix == "usda" else mutate_bytes(seed.content, rng)
+
+
+def mutate_bytes(content: bytes, rng: random.Random) -> bytes:
+    """A crate or package with one kind of damage."""
+    data = bytearray(content)
+    kind = rng.random()
+    if kind < 0.1:
+        del data[rng.randrange(len(data)) :]
+    elif kind < 0.45:
+        for _ in range(rng.choice((1, 1, 1, 2, 5, 20))):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+    elif kind < 0.8:
+        for _ in range(rng.randint(1, 2)):
+            # Offsets and counts are eight bytes wide and mostly aligned; the header and the table at the end have most.
+            at = rng.choice((rng.randrange(min(96, len(data) - 8)), rng.randrange(len(data) - 8)))
+            at -= at % 8 if rng.random() < 0.7 else 0
+            number = rng.choice((*INTEGERS, len(data), rng.getrandbits(16), rng.getrandbits(64)))
+            data[at : at + 8] = struct.pack("<Q", number)
+    elif kind < 0.9:
+        first, second = sorted(rng.sample(range(len(data)), 2))
+        length = min(rng.randint(1, 64), len(data) - second)
+        data[first : first + length] = data[second : second + length]
+    else:
+        at, length = rng.randrange(len(data)), rng.randint(1, 64)
+        data[at : at + length] = (rng.choice((b"\0", b"\xff")) * length)[: len(data) - at]
+    return bytes(data)
 
 
 def generate(stage) -> None:
@@ -206,11 +287,14 @@ class Worker:
         """Outcome of importing one file and a line about it."""
         self._pipe.send(str(path))
         try:
-            if self._pipe.poll(LIMIT_S):
+            if self._pipe.poll(LIMIT_S * PATIENCE):
                 return self._pipe.recv()
-            outcome = "hung", f"no answer in {LIMIT_S:g} s"
+            outcome = "hung", f"no answer in {LIMIT_S * PATIENCE:g} s"
         except EOFError:
-            outcome = "crashed", "the interpreter ended"
+            self._process.join()
+            code = self._process.exitcode
+            hung = code == -signal.SIGPROF
+            outcome = ("hung", f"more than {LIMIT_S:g} s of computing") if hung else ("crashed", f"exit status {code}")
         self.close()
         self._start()
         return outcome
@@ -227,9 +311,16 @@ def _serve(pipe) -> None:
     from lift_lab.usd import UsdImportError, load
 
     mujoco.set_mju_user_warning(lambda message: None)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     pipe.send("ready")
     while True:
-        path = pipe.recv()
+        try:
+            path = pipe.recv()
+        except EOFError:
+            return
+        # The timer of computing time ends the process, whatever code it is in.
+        signal.setitimer(signal.ITIMER_PROF, LIMIT_S)
         stage = "load"
         try:
             spec, report = load(path)
@@ -240,9 +331,11 @@ def _serve(pipe) -> None:
             mujoco.mj_step(model, mujoco.MjData(model))
             pipe.send(("imported", ""))
         except UsdImportError as error:
-            pipe.send(("refused", str(error)))
+            text = str(error)
+            pipe.send(("refused", text) if "\n" not in text else ("failed in message", text[:200]))
         except BaseException as error:
             pipe.send((f"failed in {stage}", f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"))
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 if __name__ == "__main__":
