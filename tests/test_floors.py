@@ -10,7 +10,7 @@ import pytest
 SOURCE = Path(__file__).resolve().parents[1] / "source"
 
 FLOORS = [
-    {"lift_lab.utils"},
+    {"lift_lab.drawing", "lift_lab.utils"},
     {"lift_lab.usd"},
     {"lift_lab.sim"},
     {
@@ -90,7 +90,9 @@ def test_imports_run_downward_only():
     ("package", "allowed"),
     [
         ("rsl_rl", ("lift_lab_rl", "lift_lab_tasks")),
-        ("hydra", ("lift_lab_tasks",)),
+        ("hydra", ("lift_lab_tasks", "lift_lab.app.multirun")),
+        ("skrl", ("lift_lab_rl.skrl",)),
+        ("stable_baselines3", ("lift_lab_rl.sb3", "lift_lab_rl.sb3_runs")),
         ("viser", ("lift_lab.visualizers",)),
         ("warp", ("lift_lab.sim.physics.warp",)),
         ("mujoco_warp", ("lift_lab.sim.physics.warp",)),

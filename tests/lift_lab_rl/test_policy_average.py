@@ -1,4 +1,4 @@
-"""The averaged policy is the mean that its definition says, is saved, continued, and acted with, and changes no training."""
+"""The averaged policy follows its definition, is saved, continued and acted with, and changes no training."""
 
 import pytest
 import torch
@@ -41,7 +41,8 @@ def test_averaging_changes_nothing_about_training(tmp_path):
     for name, share in (("with", SHARE), ("without", 0.0)):
         make_runner(tmp_path / name, share).learn(4)
     one, other = (load_torch(tmp_path / name / "model_4.pt") for name in ("with", "without"))
-    assert AVERAGE in one and AVERAGE not in other
+    assert AVERAGE in one
+    assert AVERAGE not in other
     for name, value in one["actor_state_dict"].items():
         assert torch.equal(value, other["actor_state_dict"][name])
 

@@ -136,6 +136,28 @@ def test_a_replay_is_one_page_as_long_as_the_episode(env, tmp_path):
     assert max(time for time, _ in content["messages"]) == pytest.approx(10 * env.unwrapped.step_dt)
 
 
+def test_a_page_says_that_the_run_was_deleted_and_the_policy_goes_on(env, run):
+    class StandingRunner(Runner):
+        def get_inference_policy(self, device):
+            policy = ZeroPolicy(env)
+            return type("Standing", (), {"__call__": lambda self, obs: policy.act(obs), "reset": policy.reset})()
+
+    server = open_server(port=0)
+    try:
+        session = ViewerSession(env, CheckpointPolicy(StandingRunner(), run / "model_9.pt", "cpu"), server, "Lift")
+        session._do_speed("as fast as possible")
+        session.run(1)
+        shutil.rmtree(run)
+        session._post("policy", "model_10.pt")
+        session.run(3)
+        session._show_figures()
+        assert session.steps == 3
+        assert "no file" in session.problem
+        assert "is gone: 'model_9.pt' goes on from memory" in session._panel.status.content
+    finally:
+        server.stop()
+
+
 class Runner:
     """Loads a checkpoint's text as a constant action."""
 

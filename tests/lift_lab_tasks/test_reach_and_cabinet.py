@@ -58,8 +58,14 @@ def test_the_error_as_a_relative_action_brings_the_hand_within_2_cm():
     env = _make(ik_rel_env_cfg.FrankaReachEnvCfg(), 32)
     for _ in range(120):
         env.step((_hand_error(env)[2] / 0.5).clamp(-1.0, 1.0))
-    distance = _hand_error(env)[0]
-    assert (distance < 0.02).float().mean() >= 0.75
+    missed = _hand_error(env)[0] >= 0.02
+    assert missed.float().mean() <= 0.25
+    # The straight way to some yaws leads into a joint's limit, of which inverse kinematics knows nothing
+    robot = env.scene["robot"]
+    low, high = robot.data.joint_pos_limits.unbind(-1)
+    at_limit = ((robot.data.joint_pos < low + 0.02) | (robot.data.joint_pos > high - 0.02))[:, :7].any(dim=1)
+    assert at_limit[missed].float().mean() >= 0.8
+    assert at_limit[~missed].float().mean() <= 0.3
     env.close()
 
 

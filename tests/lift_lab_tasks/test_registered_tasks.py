@@ -15,6 +15,7 @@ SIZES = {  # observations, actions
     "Reach-Franka": (32, 7),
     "Reach-Franka-IK-Rel": (31, 6),
     "Reach-Franka-IK-Abs": (32, 7),
+    "Lift-Soft-Cube-Franka": (36, 8),
     "Lift-Cube-Franka-IK-Rel": (35, 7),
     "Lift-Cube-Franka-IK-Abs": (36, 8),
     "Open-Drawer-Franka": (31, 8),
@@ -106,6 +107,17 @@ def test_curriculum_presets_swap_the_whole_curriculum_of_a_lift_task(task):
     for term in ("action_rate", "joint_vel"):
         ends = getattr(linear.curriculum, term).params["final_weight"], getattr(step.curriculum, term).params["weight"]
         assert ends[0] == ends[1] == -0.1
+
+
+@pytest.mark.parametrize("task", ["Lift-Cube-Franka", "Lift-Cube-Franka-CL-Play"])
+def test_reward_presets_swap_the_whole_reward_of_a_lift_task(task):
+    plain, _ = compose(task, None)
+    gated, _ = compose(task, None, ["env/rewards=gated"])
+    ungated, _ = compose(task, None, ["env/rewards=ungated", "env.rewards.lifting_object.weight=20"])
+    assert gated.rewards.to_dict() == plain.rewards.to_dict()
+    assert ungated.rewards.object_goal_tracking.params["minimal_height"] is None
+    assert ungated.rewards.lifting_object.weight == 20.0
+    assert gated.rewards.object_goal_tracking.params["minimal_height"] == 0.04
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """play.py's viewer and replay, and the description of a task, from the command line."""
 
+import ast
 import runpy
 import socket
 import sys
@@ -75,6 +76,29 @@ def test_flags_that_do_not_go_together_are_answered_in_one_line(script, args, me
     assert err.startswith("error: ")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_a_checkpoint_of_another_task_is_refused_in_one_line(script, tmp_path):
+    pytest.importorskip("viser")
+    small = ["--device", "cpu", "--num_threads", 1, "--num_envs", 4, "--max_iterations", 1]
+    status, _, _ = script("rsl_rl/train.py", "--task", "Cartpole", *small)
+    assert status == 0
+    (checkpoint,) = tmp_path.glob("logs/rsl_rl/cartpole/*/model_1.pt")
+    status, _, err = script("rsl_rl/play.py", *PLAY, "--viewer", "--port", 0, "--checkpoint", checkpoint)
+    assert status == 2
+    assert err.startswith(f"error: checkpoint '{checkpoint}' does not fit this task's networks: ")
+    assert err.count("\n") == 1
+
+
+def test_training_loads_nothing_of_the_viewer():
+    packages = SCRIPTS.parent / "source"
+    files = [SCRIPTS / "rsl_rl" / "train.py", *(packages / "lift_lab_rl" / "rsl_rl").glob("*.py")]
+    for file in files:
+        imports = [
+            node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Import | ast.ImportFrom)
+        ]
+        names = {getattr(node, "module", None) or "" for node in imports} | {a.name for n in imports for a in n.names}
+        assert not {name for name in names if name.split(".")[-1] in ("viewer", "visualizers", "viser")}, file
 
 
 def test_a_task_is_described(script):

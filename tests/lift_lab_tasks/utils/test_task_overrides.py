@@ -171,10 +171,11 @@ def test_presets_replace_a_group_before_single_overrides():
         ("env.decimation=null", "env.decimation needs a int, not null"),
         ("env.sim.gravity=[0,0]", "env.sim.gravity"),
         ("env.rewards.lifting_object=5", "env.rewards.lifting_object is a TermCfg; set one of"),
-        ("env.decimation=1,2", "sweeps are not supported"),
+        ("env.decimation=1,2", "lists several values: add --multirun"),
         ("env.names=[a", "cannot read the override 'env.names=[a'"),
         ("hydra.run.dir=x", "hydra's own settings"),
         ("env/curiculum=linear", "no presets for 'env/curiculum'; did you mean 'env/curriculum'?"),
+        ("env/curriculum=linear,none", "lists several values: add --multirun"),
         ("env/curriculum=liner", "no preset 'liner' for 'env/curriculum'; did you mean 'linear'?"),
         ("stray", "unexpected argument 'stray'"),
     ],
@@ -206,6 +207,16 @@ def test_the_decorator_reads_the_command_line(monkeypatch):
         return env_cfg.decimation, agent_cfg.max_iterations, extra
 
     assert main("x") == (9, 100, "x")
+
+
+def test_the_decorator_runs_through_what_overrides_list(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["train.py", "--multirun", "env.decimation=2,3", "agent.gamma=0.5"])
+
+    @hydra_task_config("Fake-Lift", "rsl_rl_cfg_entry_point")
+    def main(env_cfg, agent_cfg):
+        return env_cfg.decimation, agent_cfg.gamma
+
+    assert main() == [(2, 0.5), (3, 0.5)]
 
 
 def test_whether_an_override_names_a_path():
