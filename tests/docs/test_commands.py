@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 import torch
 
+from lift_lab_tasks.utils.hydra import compose
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [
     "README.md",
@@ -116,6 +118,24 @@ def test_a_command_does_what_it_says(command, place, run_script):
     if "--video" in args and "no OpenGL library was found" in printed:
         pytest.skip("no OpenGL library")
     assert status == 0, printed[-2000:]
+
+
+def test_python_on_the_page_of_backends_runs(place):
+    page = (ROOT / "docs" / "backends.md").read_text()
+    (block,) = re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    done = subprocess.run([sys.executable, "-c", block], cwd=place, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.startswith("native torch.Size([4, ")
+
+
+def test_overrides_on_the_page_of_backends_are_understood():
+    for command in commands("docs/backends.md"):
+        words = shlex.split(command)
+        assert (ROOT / words[1]).is_file()
+        cfg, _ = compose(
+            words[words.index("--task") + 1], "rsl_rl_cfg_entry_point", [word for word in words if "=" in word]
+        )
+        assert cfg.sim.physics == ("warp" if "env.sim.physics=warp" in words else None)
 
 
 def test_every_page_shows_commands_and_each_is_run_or_accounted_for():

@@ -136,26 +136,42 @@ def test_a_replay_is_one_page_as_long_as_the_episode(env, tmp_path):
     assert max(time for time, _ in content["messages"]) == pytest.approx(10 * env.unwrapped.step_dt)
 
 
-def test_a_page_says_that_the_run_was_deleted_and_the_policy_goes_on(env, run):
+@pytest.fixture
+def run_session(env, run):
+    """A session of the checkpoints of a run, all of which stand still."""
+
     class StandingRunner(Runner):
         def get_inference_policy(self, device):
             policy = ZeroPolicy(env)
             return type("Standing", (), {"__call__": lambda self, obs: policy.act(obs), "reset": policy.reset})()
 
     server = open_server(port=0)
-    try:
-        session = ViewerSession(env, CheckpointPolicy(StandingRunner(), run / "model_9.pt", "cpu"), server, "Lift")
-        session._do_speed("as fast as possible")
-        session.run(1)
-        shutil.rmtree(run)
-        session._post("policy", "model_10.pt")
-        session.run(3)
-        session._show_figures()
-        assert session.steps == 3
-        assert "no file" in session.problem
-        assert "is gone: 'model_9.pt' goes on from memory" in session._panel.status.content
-    finally:
-        server.stop()
+    session = ViewerSession(env, CheckpointPolicy(StandingRunner(), run / "model_9.pt", "cpu"), server, "Lift")
+    session._do_speed("as fast as possible")
+    yield session
+    server.stop()
+
+
+def test_a_page_says_that_the_run_was_deleted_and_the_policy_goes_on(run_session, run):
+    run_session.run(1)
+    shutil.rmtree(run)
+    run_session._post("policy", "model_10.pt")
+    run_session.run(3)
+    run_session._show_figures()
+    assert run_session.steps == 3
+    assert "no file" in run_session.problem
+    assert "is gone: 'model_9.pt' goes on from memory" in run_session._panel.status.content
+
+
+def test_newest_changes_to_each_checkpoint_that_training_writes(run_session, run):
+    run_session._post("newest", True)
+    run_session.run(1)
+    assert run_session._policy.current == "model_10.pt"
+    (run / "model_50.pt").write_text("50")
+    run_session.run(2)
+    run_session._look_for_checkpoints()
+    assert run_session._panel.policy.value == "model_50.pt"
+    assert "model_50.pt" in run_session._panel.policy.options
 
 
 class Runner:

@@ -117,6 +117,10 @@ def _groups(names: set[str], pairs: list[tuple]) -> list[set[str]]:
     return list({id(members): members for members in group.values()}.values())
 
 
+MOST_SECONDS = 6.0
+"""Twice what 64 ants may take on an idle machine; a cost that grows with the square of the bodies would show."""
+
+
 def _best_of_two(source):
     """Processor time in seconds of loading `source`, less disturbed by what else runs, and what it became."""
     times = []
@@ -187,13 +191,13 @@ def test_a_group_of_bodies_that_nothing_holds_has_one_free_joint(parsed, importe
         assert free == sum(WORLD not in group for group in groups), file
 
 
-def test_sixty_four_ants_load_in_under_three_seconds(parsed):
+def test_sixty_four_ants_load_in_seconds(parsed):
     (file,) = [file for file in parsed[1] if Path(file).name == "ant_multi.usda"]
     load(next(file for file in parsed[1] if Path(file).name == "ant.usda"))  # imports and plugins are warm
     seconds, (spec, report) = _best_of_two(file)
     model = spec.compile()
     answer = parsed[1][file]
-    assert seconds < 3.0
+    assert seconds < MOST_SECONDS
     assert model.nv == sum(joint["dofs"] for joint in answer["joints"]) == 64 * 14
     assert len(report.root_bodies) == 64
     assert sorted(report.prim_paths.values()) == sorted(answer["bodies"])
@@ -209,7 +213,7 @@ def test_sixty_four_references_of_the_ant_are_sixty_four_ants(parsed):
         prim.GetReferences().AddReference(ant)
         prim.SetInstanceable(True)
     seconds, (spec, report) = _best_of_two(stage)
-    assert seconds < 3.0
+    assert seconds < MOST_SECONDS
     model = spec.compile()
     assert (model.nv, len(report.root_bodies)) == (64 * 14, 64)
     one = sum(mass for mass in parsed[1][ant]["bodies"].values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 import re
 from functools import cache
 
@@ -121,10 +122,12 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
     for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
         for attribute in prim.GetAuthoredAttributes():
             name = attribute.GetName()
-            if not _CHECKED.match(name):
+            if not _is_checked(name):
                 continue
             value = attribute.Get()
             if value is None or isinstance(value, (str, bool, int)):
+                continue
+            if isinstance(value, float) and math.isfinite(value):
                 continue
             if isinstance(value, Sdf.UnregisteredValue):
                 raise UsdImportError(source, str(prim.GetPath()), name, "of a type that USD does not know")
@@ -133,6 +136,11 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
                 raise UsdImportError(source, str(prim.GetPath()), name, "not a number")
             if _FINITE.match(name) and np.isinf(numbers).any():
                 raise UsdImportError(source, str(prim.GetPath()), name, "not finite")
+
+
+@cache
+def _is_checked(name: str) -> bool:
+    return _CHECKED.match(name) is not None
 
 
 def _numbers(value: object) -> np.ndarray:
@@ -170,9 +178,13 @@ def audit_support(parsed: ParsedStage) -> None:
 
 def _is_zero(prim: Usd.Prim, name: str) -> bool:
     """Whether a known but ignored quantity is zero, so that nothing is lost."""
-    known = any(fnmatch.fnmatchcase(name, pattern) for pattern in _IGNORED)
-    value = value_of(prim, name) if known else None
+    value = value_of(prim, name) if _is_ignored(name) else None
     return isinstance(value, (float, int, Gf.Vec3f)) and not isinstance(value, bool) and not np.any(np.array(value))
+
+
+@cache
+def _is_ignored(name: str) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in _IGNORED)
 
 
 @cache

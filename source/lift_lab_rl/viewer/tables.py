@@ -13,10 +13,8 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Rows under headings; all but the first column to the right."""
 
     def line(cells: Sequence[object], tag: str) -> str:
-        sides = ["left", *["right"] * (len(cells) - 1)]
-        return "".join(
-            f'<{tag} style="text-align:{s}">{escape(str(c))}</{tag}>' for c, s in zip(cells, sides, strict=True)
-        )
+        styles = ["text-align:left;overflow-wrap:anywhere", *["text-align:right"] * (len(cells) - 1)]
+        return "".join(f'<{tag} style="{s}">{escape(str(c))}</{tag}>' for c, s in zip(cells, styles, strict=True))
 
     body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
     return f'<table style="{_STYLE}"><tr>{line(columns, "th")}</tr>{body}</table>'
