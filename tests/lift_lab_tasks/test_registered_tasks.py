@@ -68,7 +68,12 @@ def test_a_play_task_is_the_same_with_few_environments_and_no_noise(task):
 
 def test_every_task_has_an_agent_of_its_own_kind_and_says_what_success_is():
     folders = {}
-    for task in registered_tasks():
+    ours = [
+        name
+        for name in registered_tasks()
+        if str(gym.spec(name).kwargs["env_cfg_entry_point"]).startswith("lift_lab_tasks")
+    ]
+    for task in ours:
         agent = to_rsl_rl(load_cfg_from_registry(task, "rsl_rl_cfg_entry_point"))
         assert agent["max_iterations"] > 0
         assert gym.spec(task).kwargs["success"]
