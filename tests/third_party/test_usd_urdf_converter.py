@@ -1,8 +1,7 @@
 """The official Panda URDF -> urdf-usd-converter -> import, against the numbers in the URDF's text.
 
 Masses, inertias, limits and forward kinematics are read and worked out here, with nothing but the XML and numpy. The
-converter makes rigid bodies of the links that have mass (two of the Panda's 13 are bare frames) and keeps effort limits
-as `urdf:limit:effort`, an attribute of no physics schema.
+converter makes rigid bodies of the links that have mass (two of the Panda's 13 are bare frames).
 """
 
 from __future__ import annotations
@@ -126,6 +125,8 @@ def test_limits_and_speeds_are_those_of_the_text(imported, urdf):
         assert ours.limited[0]
         np.testing.assert_allclose(ours.range, [float(limit.get("lower")), float(limit.get("upper"))], atol=1e-6)
         assert report.joint_velocity_limits[name] == pytest.approx(float(limit.get("velocity")), rel=1e-6)
+        effort = float(limit.get("effort"))
+        np.testing.assert_allclose(model.jnt_actfrcrange[ours.id], (-effort, effort), rtol=1e-6)
 
 
 def test_the_second_finger_mimics_the_first(imported, urdf):

@@ -16,9 +16,9 @@ from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
 from lift_lab.usd.parse import ParsedStage, applied_schemas, value_of
 from lift_lab.usd.report import UsdImportError
 
-_PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|physx\w*)(:|$)")
+_PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|urdf|physx\w*)(:|$)")
 _CHECKED = re.compile(
-    r"^(physics|drive|limit|state|newton|mjc|physx\w*|xformOp)(:|$)"
+    r"^(physics|drive|limit|state|newton|mjc|urdf|physx\w*|xformOp)(:|$)"
     r"|^(points|radius\w*|height|size|width|length|positions|orientations|scales)$"
 )
 _FINITE = re.compile(
@@ -46,12 +46,14 @@ mjc:type mjc:width mjc:rgba mjc:qpos mjc:qvel mjc:ctrl mjc:act mjc:mpos mjc:mqua
 physxDeformableBodyMaterial:youngsModulus physxDeformableBodyMaterial:poissonsRatio
 physxDeformableBodyMaterial:elasticityDamping physxDeformableBodyMaterial:dynamicFriction
 physxDeformableBodyMaterial:density newton:targets newton:kp newton:kd newton:ki newton:constEffort newton:delaySteps
-newton:maxEffort newton:maxMotorEffort newton:saturationEffort newton:lookup* newton:modelPath
+urdf:limit:effort newton:maxEffort newton:maxMotorEffort newton:saturationEffort newton:lookup* newton:modelPath
 """
 """Attributes that other modules read by name; those of the dialects' tables come on top."""
 _READ = (*_READ_ELSEWHERE.split(), *dialects.patterns())
 
 _TUNING = {
+    "urdf:calibration:*": "a number for a robot's own controller",
+    "urdf:safety_controller:*": "a number for a robot's own controller",
     "physxScene:*": "setting of PhysX's solver",
     "physxArticulation:s*": "setting of PhysX's solver",
     "physxArticulation:articulationEnabled": "setting of PhysX's solver",

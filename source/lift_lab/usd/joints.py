@@ -188,6 +188,7 @@ def _add_scalar(parsed: ParsedStage, name: str, edge: Edge, dof: Dof, body: mujo
         element.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     _passive(parsed, joint, element, dof.tokens, dof.angular)
     _mjc_fields(parsed, joint, element, dof.angular)
+    _urdf_effort(parsed, dof, joint, element)
     limit = dialects.resolve(parsed, dialects.JOINT, "velocity limit", joint.prim, dof.tokens, dof.angular)
     if limit is not None and limit < UNBOUNDED * unit:
         parsed.report.joint_velocity_limits[name] = limit
@@ -255,6 +256,20 @@ def _mjc_fields(parsed: ParsedStage, joint: Joint, element: mujoco.MjsJoint, ang
         if lower < upper:
             element.actfrcrange = [lower, upper]
             element.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+
+
+def _urdf_effort(parsed: ParsedStage, dof: Dof, joint: Joint, element: mujoco.MjsJoint) -> None:
+    """The effort limit that urdf-usd-converter keeps (N m or N), where no schema of physics has a say."""
+    effort = value_of(joint.prim, "urdf:limit:effort")
+    if effort is None or element.actfrclimited == mujoco.mjtLimited.mjLIMITED_TRUE:
+        return
+    if dof.drive is not None and dof.drive.forceLimit < UNBOUNDED:
+        return
+    if not effort >= 0:
+        raise parsed.fail(joint.prim, "urdf:limit:effort", f"must not be negative, is {effort:g}")
+    if 0 < effort < UNBOUNDED:
+        element.actfrcrange = [-effort, effort]
+        element.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
 
 
 def _padded(current: Any, value: Any) -> list[float]:

@@ -7,7 +7,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from pxr import Gf, UsdPhysics
+from pxr import Gf, Sdf, UsdPhysics
 from scipy.spatial.transform import Rotation
 
 from lift_lab.usd import UsdImportError
@@ -413,4 +413,26 @@ def test_nan_in_a_joint_frame_is_an_error(pair):
     joint = pair.joint("/Robot/j", "RevoluteJoint", "/Robot/base", "/Robot/link", "Z")
     UsdPhysics.Joint(joint).CreateLocalPos0Attr(Gf.Vec3f(0, math.nan, 0))
     with pytest.raises(UsdImportError, match=r"</Robot/j>\.physics:localPos0: not a number"):
+        pair.load()
+
+
+def test_the_effort_limit_of_a_converted_urdf_bounds_a_joint_unless_its_drive_does(pair):
+    pair.body("/Robot/tip")
+    free = pair.joint("/Robot/r", "RevoluteJoint", "/Robot/base", "/Robot/link", "Z", limits=(-90, 45))
+    driven = pair.joint("/Robot/p", "PrismaticJoint", "/Robot/link", "/Robot/tip", "X", limits=(-0.25, 0.5))
+    for joint, effort in ((free, 87.0), (driven, 12.0)):
+        joint.GetPrim().CreateAttribute("urdf:limit:effort", Sdf.ValueTypeNames.Float, custom=True).Set(effort)
+    drive = UsdPhysics.DriveAPI.Apply(driven.GetPrim(), "linear")
+    drive.CreateMaxForceAttr(7.0)
+    drive.CreateStiffnessAttr(100.0)
+    model, report = pair.load()
+    assert model.jnt_actfrclimited.tolist() == [1, 1]
+    assert model.jnt_actfrcrange.tolist() == [[-87.0, 87.0], [-7.0, 7.0]]
+    assert not report.ignored
+
+
+def test_a_negative_effort_limit_is_an_error(pair):
+    joint = pair.joint("/Robot/r", "RevoluteJoint", "/Robot/base", "/Robot/link", "Z")
+    joint.GetPrim().CreateAttribute("urdf:limit:effort", Sdf.ValueTypeNames.Float, custom=True).Set(-1.0)
+    with pytest.raises(UsdImportError, match="urdf:limit:effort"):
         pair.load()
