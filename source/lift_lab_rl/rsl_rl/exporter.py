@@ -97,6 +97,7 @@ def export_policy_as_onnx(
                 external_data=False,
                 verbose=verbose,
             )
+        _drop_origins(temporary)
 
     _write(target, write)
     if not policy.is_recurrent:
@@ -111,6 +112,17 @@ def export_policy_as_onnx(
 
         check_export("ONNX", policy, model, run)
     return target
+
+
+def _drop_origins(path: Path) -> None:
+    """Take out the lines of source code, with their folders on this machine, that torch notes at every node."""
+    import onnx
+
+    model = onnx.load(str(path))
+    graph = model.graph
+    for part in (model, graph, *graph.node, *graph.input, *graph.output, *graph.value_info, *graph.initializer):
+        part.ClearField("metadata_props")
+    onnx.save(model, str(path))
 
 
 def check_export(
