@@ -81,7 +81,7 @@ def main() -> int:
         setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
     if place.is_distributed and args.num_threads is None and env_cfg.sim.num_threads is None:
         args.num_threads = place.num_threads()
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
     env_cfg.sim.device, agent_cfg.device = place.device(env_cfg.sim.device), place.device(agent_cfg.device)
     args.video = args.video and place.is_main
     apply_video_args(args, env_cfg)

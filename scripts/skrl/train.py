@@ -45,7 +45,7 @@ def main() -> int:
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
     if args.max_iterations is not None:
         agent_cfg["trainer"]["timesteps"] = args.max_iterations * agent_cfg["agent"]["rollouts"]
     agent_cfg["trainer"]["close_environment_at_exit"] = False

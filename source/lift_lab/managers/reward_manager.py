@@ -108,6 +108,15 @@ class RewardManager(FunctionTermManager):
         self._reset_class_terms(ids)
         return {f"Episode_Reward/{name}": mean for name, mean in zip(self._term_names, means.unbind(), strict=True)}
 
+    def episode_sum(self, term_name: str) -> torch.Tensor:
+        """The sum of ``value * weight * dt`` of a term over the episode so far, shape (num_envs,).
+
+        Raises:
+            ConfigError: there is no such term.
+        """
+        self.get_term_cfg(term_name)
+        return self._episode_sums[term_name]
+
     def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
         values = self._values[:, env_idx].tolist()
         return [

@@ -71,7 +71,9 @@ def find_model(parent: Path, wanted: str | None, run: str | None, *patterns: str
     return Path(get_checkpoint_path(parent.absolute(), run or ".*", patterns[-1], others))
 
 
-def apply_dict_flags(env_cfg: Any, agent_cfg: dict, args: Any, task: str, overrides: Sequence[str]) -> None:
+def apply_dict_flags(
+    env_cfg: Any, agent_cfg: dict, args: Any, task: str, overrides: Sequence[str], training: bool = False
+) -> None:
     """Write the flags that all scripts share into the configurations; the agent's is a dictionary with a ``seed``.
 
     Args:
@@ -80,13 +82,14 @@ def apply_dict_flags(env_cfg: Any, agent_cfg: dict, args: Any, task: str, overri
         args: flags, see :func:`~lift_lab_tasks.utils.runs.apply_flags`.
         task: id of the task.
         overrides: overrides that were applied.
+        training: whether a policy is trained, not shown.
 
     Raises:
         ConfigError: the agent's configuration is not a dictionary.
     """
     if not isinstance(agent_cfg, dict):
         raise ConfigError(f"--agent {args.agent} is a {type(agent_cfg).__name__}: this library reads dictionaries")
-    apply_flags(env_cfg, None, args, task, overrides)
+    apply_flags(env_cfg, None, args, task, overrides, training)
     if args.seed is not None:
         agent_cfg["seed"] = env_cfg.seed
     elif agent_cfg.get("seed") is not None and not names_path(overrides, "env.seed"):

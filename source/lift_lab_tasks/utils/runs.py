@@ -127,7 +127,24 @@ def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None, 
     return Path(get_checkpoint_path(folder, run, wanted))
 
 
-def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: Sequence[str]) -> None:
+def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:
+    """Leave out the curriculum terms that only help a training to explore, but for those that an override names.
+
+    Args:
+        env_cfg: environment configuration.
+        overrides: overrides that were applied.
+    """
+    curriculum = getattr(env_cfg, "curriculum", None) or {}
+    terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
+    for name, term in terms.items():
+        exploring = getattr(getattr(term, "func", None), "exploration_only", False)
+        if exploring and not any(text.lstrip("+").startswith(f"env.curriculum.{name}") for text in overrides):
+            terms[name] = None
+
+
+def apply_flags(
+    env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: Sequence[str], training: bool = False
+) -> None:
     """Write the flags that all scripts share into the configurations.
 
     Args:
@@ -136,9 +153,12 @@ def apply_flags(env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: S
         args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``; those that are missing or None change nothing.
         task: id of the task.
         overrides: overrides that were applied; what they name is not replaced by a default.
+        training: whether a policy is trained, not shown or judged.
     """
     from lift_lab.sim.simulation_context import resolve_device
 
+    if not training:
+        leave_out_exploration(env_cfg, overrides)
     if getattr(args, "device", None):
         env_cfg.sim.device = args.device
     env_cfg.sim.device = resolve_device(env_cfg.sim.device)

@@ -49,7 +49,7 @@ class _Arm:
 
 @pytest.fixture
 def env():
-    return SimpleNamespace(num_envs=2, device="cpu", scene={"robot": _Arm()})
+    return SimpleNamespace(num_envs=2, device="cpu", step_dt=0.02, scene={"robot": _Arm()})
 
 
 def _apply(env, cfg, action):
@@ -173,6 +173,42 @@ def test_an_absolute_action_opens_beyond_its_threshold(env, positive, expected):
     cfg = mdp.AbsBinaryJointPositionActionCfg(**GRIPPER, threshold=0.3, positive_threshold=positive)
     _, targets = _apply(env, cfg, [[0.2], [0.4]])
     assert targets["position"][:, 2].tolist() == pytest.approx(expected)
+
+
+def _open_at_each_step(env, term, actions: list[float]) -> list[bool]:
+    """Whether the gripper of environment 0 is told to open, step by step; environment 1 stays open."""
+    told = []
+    for action in actions:
+        term.process_actions(torch.tensor([[action], [1.0]]))
+        told.append(bool(term.processed_actions[0, 0] > 0.03))
+        assert term.processed_actions[1, 0] > 0.03
+    return told
+
+
+def test_a_gripper_that_closes_stays_closed_for_its_least_time(env):
+    cfg = mdp.BinaryJointPositionActionCfg(**GRIPPER, min_close_time_s=3 * env.step_dt)
+    term = cfg.class_type(cfg, env)
+    actions = [1.0, -1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 1.0]
+    expected = [True, False, False, False, True, False, False, False, False, True]
+    assert _open_at_each_step(env, term, actions) == expected
+
+
+def test_a_reset_ends_the_least_time_of_a_closed_gripper(env):
+    cfg = mdp.BinaryJointPositionActionCfg(**GRIPPER, min_close_time_s=3 * env.step_dt)
+    term = cfg.class_type(cfg, env)
+    assert _open_at_each_step(env, term, [-1.0]) == [False]
+    term.reset(torch.tensor([0]))
+    assert _open_at_each_step(env, term, [1.0]) == [True]
+
+
+def test_the_least_time_of_a_closed_gripper_can_be_set_while_it_runs(env):
+    cfg = mdp.BinaryJointPositionActionCfg(**GRIPPER)
+    term = cfg.class_type(cfg, env)
+    assert _open_at_each_step(env, term, [-1.0, 1.0]) == [False, True]
+    term.set_min_close_time(2 * env.step_dt)
+    assert _open_at_each_step(env, term, [-1.0, 1.0, 1.0]) == [False, False, True]
+    with pytest.raises(ConfigError, match="min_close_time_s is -1"):
+        term.set_min_close_time(-1.0)
 
 
 def test_a_gripper_command_must_cover_every_joint(env):

@@ -111,6 +111,8 @@ class BinaryJointActionCfg(ActionTermCfg):
     """Target when open, by joint name pattern; it must cover every joint."""
     close_command_expr: dict[str, float] = MISSING
     """Target when closed, by joint name pattern; it must cover every joint."""
+    min_close_time_s: float = 0.0
+    """Time in s for which a gripper that closes ignores an action that opens it."""
 
 
 @configclass
@@ -143,6 +145,8 @@ class AbsBinaryJointPositionActionCfg(ActionTermCfg):
     """The action at which open and closed meet."""
     positive_threshold: bool = True
     """Whether open is above the threshold, or below it."""
+    min_close_time_s: float = 0.0
+    """Time in s for which a gripper that closes ignores an action that opens it."""
 
 
 # -- mobile bases

@@ -21,8 +21,14 @@ if TYPE_CHECKING:
     from . import actions_cfg
 
 
+_LONG_AGO = 2**30
+
+
 class BinaryJointAction(ActionTerm):
-    """Base of the binary actions: a negative (or False) action closes, any other opens."""
+    """Base of the binary actions: a negative (or False) action closes, any other opens.
+
+    With a ``min_close_time_s`` the gripper opens only when it has been closing for that long.
+    """
 
     cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
     _asset: Articulation
@@ -42,6 +48,16 @@ class BinaryJointAction(ActionTerm):
         self._open_command = self._command("open_command_expr", cfg.open_command_expr)
         self._close_command = self._command("close_command_expr", cfg.close_command_expr)
         self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+        self._was_open = torch.ones(self.num_envs, 1, dtype=torch.bool, device=self.device)
+        self._steps_closing = torch.full((self.num_envs, 1), _LONG_AGO, device=self.device)
+        self._min_close_steps = torch.zeros((), device=self.device)
+        self.set_min_close_time(cfg.min_close_time_s)
+
+    def set_min_close_time(self, seconds: float | torch.Tensor) -> None:
+        """Keep the gripper closed for at least ``seconds`` (0: as the actions say) after each time it closes."""
+        if not isinstance(seconds, torch.Tensor) and not 0.0 <= seconds < float("inf"):
+            raise ConfigError(f"{type(self).__name__}: min_close_time_s is {seconds}; it must be at least 0")
+        self._min_close_steps.copy_(torch.round(torch.as_tensor(seconds, device=self.device) / self._env.step_dt))
 
     def _command(self, field: str, expressions: dict[str, float]) -> torch.Tensor:
         """Targets of all joints, shape (num_joints,)."""
@@ -71,7 +87,10 @@ class BinaryJointAction(ActionTerm):
     def process_actions(self, actions: torch.Tensor) -> None:
         """Choose the open or closed targets."""
         self._raw_actions[:] = actions
-        self._processed_actions = torch.where(self._is_open(actions), self._open_command, self._close_command)
+        is_open = self._is_open(actions) & (self._steps_closing >= self._min_close_steps)
+        self._steps_closing = torch.where(self._was_open & ~is_open, 1, self._steps_closing + 1)
+        self._was_open = is_open
+        self._processed_actions = torch.where(is_open, self._open_command, self._close_command)
         if self._clip is not None:
             self._processed_actions = self._processed_actions.clamp(*self._clip)
 
@@ -79,8 +98,11 @@ class BinaryJointAction(ActionTerm):
         return actions if actions.dtype == torch.bool else ~(actions < 0)
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
-        """Forget the raw action of some environments."""
-        self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
+        """Forget the raw action of some environments, and when they closed."""
+        ids = slice(None) if env_ids is None else env_ids
+        self._raw_actions[ids] = 0.0
+        self._was_open[ids] = True
+        self._steps_closing[ids] = _LONG_AGO
 
 
 class BinaryJointPositionAction(BinaryJointAction):

@@ -6,9 +6,11 @@ from lift_lab.managers import CurriculumTermCfg as CurrTerm
 from lift_lab.utils import configclass
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
 
+from .joint_pos_env_cfg import ExplorationCfg
+
 
 @configclass
-class LinearCurriculumCfg:
+class LinearCurriculumCfg(ExplorationCfg):
     """The study's Eq. (1): penalties of motion grow linearly to the step's end value within 10,000 steps.
 
     The ramp begins at step 5,000, about when the cube is first lifted: penalties that grow before that make dropping
@@ -38,7 +40,7 @@ class LinearCurriculumCfg:
 
 
 @configclass
-class SuccessCurriculumCfg:
+class SuccessCurriculumCfg(ExplorationCfg):
     """Penalties of motion that grow to the step's end value only while most episodes succeed."""
 
     action_rate = CurrTerm(

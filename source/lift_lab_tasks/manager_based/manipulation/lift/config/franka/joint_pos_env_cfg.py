@@ -15,8 +15,19 @@ from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import LiftEnvC
 
 
 @configclass
+class ExplorationCfg:
+    """How the lift is found; part of every curriculum of this task."""
+
+    gripper_hold = CurrTerm(
+        func=mdp.hold_gripper_while_hovering, params={"close_time_s": 0.1, "reached": 0.65, "lifted": 0.1}
+    )
+
+
+@configclass
 class FrankaCubeLiftEnvCfg(LiftEnvCfg):
     """``Lift-Cube-Franka``: the baseline, with penalties of constant weight."""
+
+    curriculum: ExplorationCfg = ExplorationCfg()
 
     def __post_init__(self):
         super().__post_init__()
@@ -53,7 +64,7 @@ class FrankaCubeLiftEnvCfg(LiftEnvCfg):
 
 
 @configclass
-class CurriculumCfg:
+class CurriculumCfg(ExplorationCfg):
     """Penalty annealing (the study's section 3.4)."""
 
     action_rate = CurrTerm(
