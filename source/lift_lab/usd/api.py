@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -10,7 +11,8 @@ from pxr import Tf, Usd, UsdUtils
 
 from lift_lab.usd.audit import raise_on_ignored, reject_nan
 from lift_lab.usd.build import Builder
-from lift_lab.usd.parse import parse
+from lift_lab.usd.parse import ParsedStage, parse
+from lift_lab.usd.rehearsal import rehearse
 from lift_lab.usd.report import ImportReport, UsdImportError
 from lift_lab.usd.stage import first_line, note_diagnostics, open_stage
 
@@ -40,18 +42,32 @@ def load(
     """
     diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # holds USD's own warnings back from stderr
     name = path.GetRootLayer().identifier if isinstance(path, Usd.Stage) else str(path)
-    try:
+    with errors_of_usd(name):
+        layers = [] if isinstance(path, Usd.Stage) else rehearse(path, variants, scale)
         stage = open_stage(path, name, variants, scale)
-        default = stage.GetDefaultPrim()
-        report = ImportReport(name, default.GetName() if default else "")
-        reject_nan(stage, name)
-        parsed = parse(stage, name, report)
-        spec = Builder(parsed, restitution).build()
+        del layers
+        parsed, spec = import_stage(stage, name, restitution)
+    note_diagnostics(diagnostics, parsed.report)
+    if strict:
+        raise_on_ignored(parsed)
+    return spec, parsed.report
+
+
+@contextmanager
+def errors_of_usd(name: str) -> Iterator[None]:
+    """Turn what usd-core raises into the importer's own error."""
+    try:
+        yield
     except Tf.ErrorException as error:
         raise UsdImportError(name, reason=first_line(error)) from None
     except UnicodeDecodeError:
         raise UsdImportError(name, reason="a name or text in it is not UTF-8") from None
-    note_diagnostics(diagnostics, report)
-    if strict:
-        raise_on_ignored(parsed)
-    return spec, report
+
+
+def import_stage(stage: Usd.Stage, name: str, restitution: bool = False) -> tuple[ParsedStage, mujoco.MjSpec]:
+    """Read a stage opened by :func:`~lift_lab.usd.stage.open_stage`; for arguments and errors see :func:`load`."""
+    default = stage.GetDefaultPrim()
+    report = ImportReport(name, default.GetName() if default else "")
+    reject_nan(stage, name)
+    parsed = parse(stage, name, report)
+    return parsed, Builder(parsed, restitution).build()

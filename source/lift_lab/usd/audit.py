@@ -117,7 +117,8 @@ _OTHER_BODIES = re.compile(r"Deformable|Particle|Cloth|Vehicle|Character|Force|S
 
 
 def reject_nan(stage: Usd.Stage, source: str) -> None:
-    """Raise on physical or geometric attributes that hold no numbers, before usd-core's parser sees them.
+    """Raise on physical or geometric attributes that hold no numbers, or values of another kind than theirs, before
+    usd-core's parser sees them.
 
     Infinity means "no limit" or "unset" in many places; frames, points and inertia must be finite.
     """
@@ -127,7 +128,12 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
             if not _is_checked(name):
                 continue
             value = attribute.Get()
-            if value is None or isinstance(value, (str, bool, int)):
+            if value is None:
+                continue
+            expected, found = _kind_of_type(str(attribute.GetTypeName())), _kind(value)
+            if expected not in (found, ""):
+                raise UsdImportError(source, str(prim.GetPath()), name, f"holds {found}, not {expected}")
+            if isinstance(value, (str, bool, int)):
                 continue
             if isinstance(value, float) and math.isfinite(value):
                 continue
@@ -138,6 +144,27 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
                 raise UsdImportError(source, str(prim.GetPath()), name, "not a number")
             if _FINITE.match(name) and np.isinf(numbers).any():
                 raise UsdImportError(source, str(prim.GetPath()), name, "not finite")
+
+
+@cache
+def _kind_of_type(name: str) -> str:
+    """Kind of the values of a type name, empty for types that USD does not know."""
+    kind = Sdf.ValueTypeNames.Find(name)
+    return _kind(kind.defaultValue) if kind and kind.defaultValue is not None else ""
+
+
+def _kind(value: object) -> str:
+    """What a value is, whatever its precision."""
+    if isinstance(value, (str, Sdf.AssetPath)):
+        return "text"
+    if isinstance(value, (bool, int, float, Sdf.TimeCode)):
+        return "a number"
+    name = type(value).__name__
+    item = re.sub(r"(?<=\d)[fdhi]$|(?<=Quat)[fdh]$", "", name.removesuffix("Array"))
+    item = {"Token": "text", "String": "text", "AssetPath": "text"}.get(item, item)
+    if not name.endswith("Array"):
+        return f"a {item}"
+    return f"an array of {item if re.search(r'text|Quat|Vec|Matrix', item) else 'numbers'}"
 
 
 @cache

@@ -65,6 +65,9 @@ def _message(tmp_path, text):
         ({"joint": "float drive:angular:physics:stiffness = nan"}, "/Robot/hinge", "drive:angular", "number"),
         ({"joint": "float drive:angular:physics:damping = -2"}, "/Robot/hinge", "drive:angular", "negative"),
         ({"joint": "float physxJoint:armature = -2"}, "/Robot/hinge", "armature", "negative"),
+        ({"joint": 'token physics:upperLimit = "far"'}, "/Robot/hinge", "physics:upperLimit", "text, not a number"),
+        ({"base": "float3 physics:density = (1, 2, 3)"}, "/Robot/base", "physics:density", "a Vec3, not a number"),
+        ({"base": "int[] physics:centerOfMass = [1]"}, "/Robot/base", "physics:centerOfMass", "array of numbers"),
         (
             {"base": 'double3 xformOp:scale = (0, 1, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'},
             "/Robot/base", "xformOp:scale", "singular",
