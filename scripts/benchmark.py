@@ -45,6 +45,7 @@ def parse():
     parser.add_argument(
         "--memory_steps", type=int, default=None, help="steps, of all environments together, to watch memory for"
     )
+    parser.add_argument("--profile", action="store_true", help="show where the CPU time of a step goes, too")
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     suites = parser.add_argument_group("suites")
     suites.add_argument("--sizes", type=sizes, default=None, help="numbers of environments, separated by commas")
@@ -168,6 +169,11 @@ def measure_task(args, overrides: list[str]) -> dict:
     }
     if torch.device(inner.device).type == "cuda":
         result["waits_in_steps"] = host_waits(env, args.seed)
+    if args.profile and inner.device == "cpu":
+        from benchmark_profile import profile_steps, show_profile
+
+        result["profile_s"] = profile_steps(env, args.steps, args.seed)
+        show_profile(result["profile_s"], f"CPU time of a step of {inner.num_envs} environments")
     if args.memory_steps is not None:
         result["memory"] = watch_memory(env, args.memory_steps, args.seed)
     env.close()
@@ -335,6 +341,8 @@ def show(result: dict) -> None:
     for key, value in result.items():
         if isinstance(value, float):
             value = f"{value:,.0f}" if value >= 1000 else f"{value:.3f}"
+        elif key == "profile_s":
+            continue
         elif key == "memory":
             key, value = "memory growth", f"{value['bytes_per_million_steps']:,.0f} bytes per million steps"
         table.add_row(key, str(value))

@@ -1,6 +1,6 @@
-"""A step of the lift task asks tensors only for two lists: the ended episodes, and the commands that are due.
+"""A step of the lift task asks the device one question: which episodes ended, and which commands are due.
 
-On a GPU every such question makes the host wait. The operators behind them are the same on the CPU, where they are
+On a GPU every question makes the host wait. The operators behind others are the same on the CPU, where they are
 counted here, on the engine that the GPU uses.
 """
 
@@ -12,6 +12,8 @@ import torch
 from torch.utils._python_dispatch import TorchDispatchMode
 
 import lift_lab_tasks  # noqa: F401
+from lift_lab.envs import manager_based_rl_env
+from lift_lab.utils import read_back
 from lift_lab_tasks.utils.hydra import compose
 
 QUESTIONS = ("_local_scalar_dense", "nonzero", "equal", "is_nonzero", "masked_select", "unique", "_unique2")
@@ -51,10 +53,42 @@ def calls(env, steps=2):
     return counting.calls
 
 
-def test_a_step_in_which_no_episode_ends_asks_which_ended_and_which_commands_are_due(env):
+@pytest.fixture
+def answers(monkeypatch):
+    """What the question was answered with, a list of lists of ids for each step."""
+    given = []
+
+    def ask(masks):
+        given.append([ids.tolist() for ids in read_back.where_true(masks)])
+        return [torch.tensor(ids, dtype=torch.long) for ids in given[-1]]
+
+    monkeypatch.setattr(manager_based_rl_env, "where_true", ask)
+    return given
+
+
+def test_a_step_in_which_no_episode_ends_asks_once_which_ended_and_which_commands_are_due(env, answers):
     env.unwrapped.episode_length_buf[:] = 0
     found = calls(env)
-    assert {name: found[name] for name in QUESTIONS if found[name]} == {"nonzero": 2 * 2}
+    assert {name: found[name] for name in QUESTIONS if found[name]} == {}
+    assert answers == [[[], []]] * 3
+
+
+def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode_once(env, answers):
+    inner = env.unwrapped
+    term = inner.command_manager.get_term("object_pose")
+    inner.episode_length_buf[:] = 0
+    inner.episode_length_buf[3] = inner.max_episode_length
+    term.time_left[:] = torch.tensor([1.0, inner.step_dt, 1.5 * inner.step_dt, inner.step_dt])
+    drawn = term.command_counter.clone()
+    before = term.command.clone()
+    with torch.inference_mode():
+        env.step(torch.zeros(4, inner.action_manager.total_action_dim))
+    assert answers == [[[3], [1]]]
+    assert (term.command_counter - drawn)[:3].tolist() == [0, 1, 0]
+    assert int(term.command_counter[3]) == 1
+    assert (term.command != before).any(dim=1).tolist() == [False, True, False, True]
+    longest_s = term.cfg.resampling_time_range[1]
+    assert term.time_left[[1, 3]].tolist() == pytest.approx([longest_s, longest_s - inner.step_dt])
 
 
 def test_a_failure_of_the_physics_ends_its_episode_and_reaches_no_other_number(env):

@@ -136,6 +136,8 @@ class AssetBase:
         if isinstance(env_ids, slice):
             return torch.arange(self.num_instances, device=self.device)[env_ids]
         if isinstance(env_ids, torch.Tensor):
+            if env_ids.dtype == torch.long and env_ids.device == self._physics.device:
+                return env_ids
             return env_ids.to(device=self._physics.device, dtype=torch.long)
         return torch.tensor(list(env_ids), device=self._physics.device, dtype=torch.long)
 

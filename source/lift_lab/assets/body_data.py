@@ -51,6 +51,7 @@ class BodyData:
     ):
         self._physics = physics
         self._origins_w = env_origins_w
+        self._body_origins_w = env_origins_w[:, None]
         self._cache: dict[str, torch.Tensor] = {}
         self._body_cols = as_columns(body_ids)
         self._root_body = body_ids[0]
@@ -193,7 +194,7 @@ class BodyData:
     @cached
     def body_link_pos_w(self) -> torch.Tensor:
         """Positions of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.field("xpos")[:, self._body_cols] + self._origins_w[:, None]
+        return self._physics.field("xpos")[:, self._body_cols] + self._body_origins_w
 
     @cached
     def body_link_quat_w(self) -> torch.Tensor:
@@ -225,7 +226,7 @@ class BodyData:
     @cached
     def body_com_pos_w(self) -> torch.Tensor:
         """Centres of mass of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.field("xipos")[:, self._body_cols] + self._origins_w[:, None]
+        return self._physics.field("xipos")[:, self._body_cols] + self._body_origins_w
 
     @cached
     def body_com_quat_w(self) -> torch.Tensor:
@@ -284,8 +285,14 @@ class BodyData:
 
 
 def _part(source: str, columns: slice, doc: str) -> property:
-    def read(self: BodyData) -> torch.Tensor:
-        return getattr(self, source)[..., columns]
+    if columns == slice(None):
+
+        def read(self: BodyData) -> torch.Tensor:
+            return getattr(self, source)
+    else:
+
+        def read(self: BodyData) -> torch.Tensor:
+            return getattr(self, source)[..., columns]
 
     read.__doc__ = doc
     return property(read)

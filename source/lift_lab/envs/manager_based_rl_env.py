@@ -11,6 +11,7 @@ import torch
 
 from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.read_back import where_true
 
 from .common import VecEnvStepReturn
 from .filming import render_view
@@ -166,7 +167,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self.obs_buf = self.observation_manager.compute()
             self.recorder_manager.record_post_step()
 
-        reset_env_ids = self.reset_buf.nonzero().squeeze(-1)
+        reset_env_ids = self._ended_episodes()
         self.extras.pop("final_obs", None)
         if len(reset_env_ids) > 0:
             if self.wants_final_obs:
@@ -204,6 +205,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         So no term ever reads their numbers. Their episodes end in :meth:`_end_failed_episodes`.
         """
         health = physics.health()
+        if health.none_failed:
+            return
         failed = health.failed
         if physics.mends_failures:
             # The engine has done it within the step. No value is looked at, so that the host need not wait.
@@ -226,6 +229,23 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.reset_buf = self.reset_buf | failed
         self.reset_terminated = self.reset_terminated | failed
         self.reset_time_outs = self.reset_time_outs & ~failed
+
+    def _ended_episodes(self) -> torch.Tensor:
+        """Ids of the environments whose episode ended.
+
+        With an engine for which the host must not wait, the same question tells commands and interval events which
+        environments will be due in this step.
+        """
+        if not self.sim.physics.mends_failures:
+            return self.reset_buf.nonzero().squeeze(-1)
+        foretold = [
+            *self.command_manager.foretell(self.step_dt, self.reset_buf),
+            *self.event_manager.foretell(self.step_dt, self.reset_buf),
+        ]
+        ended, *due = where_true([self.reset_buf, *(mask for mask, _ in foretold)])
+        for env_ids, (_, tell) in zip(due, foretold, strict=True):
+            tell(env_ids)
+        return ended
 
     def _reset_idx(self, env_ids: torch.Tensor) -> None:
         self.curriculum_manager.compute(env_ids=env_ids)

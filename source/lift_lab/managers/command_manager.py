@@ -9,7 +9,7 @@ import torch
 
 from ._table import render_table
 from ._term_managers import DebugVisTerm, ObjectTermManager
-from .manager_base import EnvIds, as_env_id_tensor
+from .manager_base import EnvIds, Foretold, as_env_id_tensor
 from .manager_term_cfg import CommandTermCfg
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class CommandTerm(DebugVisTerm, ABC):
         self.metrics = {}
         self.time_left = torch.zeros(self.num_envs, device=self.device)
         self.command_counter = torch.zeros(self.num_envs, device=self.device, dtype=torch.long)
+        self._due_ids: torch.Tensor | None = None
 
     @property
     @abstractmethod
@@ -54,10 +55,12 @@ class CommandTerm(DebugVisTerm, ABC):
         """
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
         extras = {}
-        for name, value in self.metrics.items():
-            extras[name] = value[ids].mean()
-            value[ids] = 0.0
-        self.command_counter[ids] = 0
+        if self.metrics:
+            means = torch.stack([value.index_select(0, ids) for value in self.metrics.values()]).mean(dim=1)
+            extras = dict(zip(self.metrics, means.unbind(), strict=True))
+            for value in self.metrics.values():
+                value.index_fill_(0, ids, 0.0)
+        self.command_counter.index_fill_(0, ids, 0)
         self._resample(ids)
         return extras
 
@@ -69,10 +72,33 @@ class CommandTerm(DebugVisTerm, ABC):
         """
         self._update_metrics()
         self.time_left -= dt
-        due = (self.time_left <= 0.0).nonzero().flatten()
+        due, self._due_ids = self._due_ids, None
+        if due is None:
+            due = (self.time_left <= 0.0).nonzero().flatten()
         if len(due) > 0:
             self._resample(due)
         self._update_command()
+
+    def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
+        """Which commands the next :meth:`compute` will draw, before episodes that ended are reset.
+
+        So that the host can ask for this and for the ended episodes at once. A timer that the term itself changes in
+        between, other than by a reset, then counts one step later.
+
+        Args:
+            dt: Seconds that will be given to :meth:`compute`.
+            ended: Environments that will be reset before it, shape (num_envs,).
+
+        Returns:
+            One entry; none where it cannot be told, as with timers that may be due right after a reset.
+        """
+        own = type(self).compute is CommandTerm.compute and type(self)._resample is CommandTerm._resample
+        if not own or self.cfg.resampling_time_range[0] <= dt:
+            return []
+        return [((self.time_left <= dt) & ~ended, self._take_due_ids)]
+
+    def _take_due_ids(self, env_ids: torch.Tensor) -> None:
+        self._due_ids = env_ids
 
     def _resample(self, env_ids: torch.Tensor) -> None:
         """Draw timer and command of some environments."""
@@ -118,6 +144,10 @@ class CommandManager(ObjectTermManager):
             for metric, value in term.reset(env_ids=env_ids).items():
                 extras[f"Metrics/{name}/{metric}"] = value
         return extras
+
+    def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
+        """What every term can tell of the next :meth:`compute`; see :meth:`CommandTerm.foretell`."""
+        return [entry for term in self._terms.values() for entry in term.foretell(dt, ended)]
 
     def compute(self, dt: float) -> None:
         """Update every term; ``dt`` is the environment step in seconds."""

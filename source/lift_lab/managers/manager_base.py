@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 EnvIds = torch.Tensor | Sequence[int] | slice | None
 """Some environments: a LongTensor, a list of ints or a slice; None means all."""
 
+Foretold = tuple[torch.Tensor, Callable[[torch.Tensor], None]]
+"""Which environments will be due, shape (num_envs,), and who has to be told their ids."""
+
 
 def as_env_id_tensor(env_ids: EnvIds, num_envs: int, device: str | torch.device) -> torch.Tensor:
     """Environment ids in any form as a LongTensor of shape (num_ids,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -27,10 +28,10 @@ class TerminationManager(FunctionTermManager):
     def __init__(self, cfg: object, env: ManagerBasedRLEnv):
         """Prepare the terms and their buffers."""
         super().__init__(cfg, env)
-        none_done = torch.zeros(self.num_envs, len(self._term_names), dtype=torch.bool, device=self.device)
         self._none = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
-        self._term_dones = none_done
-        self._last_episode_dones = none_done.clone()
+        # a row for each term
+        self._fired = torch.zeros(len(self._term_names), self.num_envs, dtype=torch.bool, device=self.device)
+        self._ended_last_episode = self._fired.clone()
         self._dones = self._truncated = self._terminated = self._none
 
     def __str__(self) -> str:
@@ -70,12 +71,12 @@ class TerminationManager(FunctionTermManager):
         if not self._term_cfgs:
             return self._dones
         values = [self._call(index, cfg) for index, cfg in enumerate(self._term_cfgs)]
-        fired = torch.stack(values)
-        self._truncated = self._any(fired, time_out=True)
-        self._terminated = self._any(fired, time_out=False)
+        self._fired = torch.stack(values)
+        rows = self._fired.unbind()
+        self._truncated = self._any(rows, time_out=True)
+        self._terminated = self._any(rows, time_out=False)
         self._dones = self._truncated | self._terminated
-        self._term_dones = fired.t()
-        self._last_episode_dones = torch.where(self._dones, fired, self._last_episode_dones.t()).t()
+        self._ended_last_episode = torch.where(self._dones, self._fired, self._ended_last_episode)
         return self._dones
 
     def _call(self, index: int, cfg: TerminationTermCfg) -> torch.Tensor:
@@ -89,14 +90,14 @@ class TerminationManager(FunctionTermManager):
             raise TypeError(f"{self._owner(self._term_names[index])} returned {value.dtype}, expected torch.bool")
         return value
 
-    def _any(self, fired: torch.Tensor, time_out: bool) -> torch.Tensor:
-        """Union of the rows of one kind of terms."""
-        rows = [i for i, cfg in enumerate(self._term_cfgs) if bool(cfg.time_out) == time_out]
-        if not rows:
+    def _any(self, fired: Sequence[torch.Tensor], time_out: bool) -> torch.Tensor:
+        """Union of what one kind of terms returned."""
+        chosen = [row for row, cfg in zip(fired, self._term_cfgs, strict=True) if bool(cfg.time_out) == time_out]
+        if not chosen:
             return torch.zeros_like(self._none)
-        union = fired[rows[0]]
-        for row in rows[1:]:
-            union = union | fired[row]
+        union = chosen[0]
+        for row in chosen[1:]:
+            union = union | row
         return union
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
@@ -106,7 +107,7 @@ class TerminationManager(FunctionTermManager):
             ``Episode_Termination/{term}``: fraction of all environments whose last episode the term ended.
             0-dim tensors.
         """
-        fractions = self._last_episode_dones.float().mean(dim=0)
+        fractions = self._ended_last_episode.float().mean(dim=1)
         self._reset_class_terms(slice(None) if env_ids is None else env_ids)
         return {
             f"Episode_Termination/{name}": fraction
@@ -119,8 +120,8 @@ class TerminationManager(FunctionTermManager):
         Raises:
             ConfigError: no term has this name.
         """
-        return self._term_dones[:, self._index(name)]
+        return self._fired[self._index(name)]
 
     def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
-        row = self._term_dones[env_idx].tolist()
+        row = self._fired[:, env_idx].tolist()
         return [(name, [float(done)]) for name, done in zip(self._term_names, row, strict=True)]

@@ -215,8 +215,9 @@ class Articulation(MovableAsset):
         rows = slice(None) if ids is None else ids
         data = self.data
         data.joint_pos_target[rows] = data.default_joint_pos[rows]
-        data.joint_vel_target[rows] = 0.0
-        data.joint_effort_target[rows] = 0.0
+        if self._has_feedforward:  # else they are zero
+            data.joint_vel_target[rows] = 0.0
+            data.joint_effort_target[rows] = 0.0
         for actuator in self.actuators.values():
             actuator.reset(ids)
 

@@ -31,6 +31,7 @@ class FrameTransformerData:
     def __init__(self, physics: Physics, origins_w: torch.Tensor, source: int, targets: list[int], names: list[str]):
         self._physics = physics
         self._origins_w = origins_w
+        self._target_origins_w = origins_w[:, None]
         self._source = source
         contiguous = targets == list(range(targets[0], targets[0] + len(targets)))
         self._targets = slice(targets[0], targets[0] + len(targets)) if contiguous else targets
@@ -50,7 +51,7 @@ class FrameTransformerData:
     @property
     def target_pos_w(self) -> torch.Tensor:
         """Positions of the target frames in m, shape (num_envs, F, 3)."""
-        return self._physics.field("site_xpos")[:, self._targets] + self._origins_w[:, None]
+        return self._physics.field("site_xpos")[:, self._targets] + self._target_origins_w
 
     @property
     def target_quat_w(self) -> torch.Tensor:

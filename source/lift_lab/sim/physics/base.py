@@ -99,6 +99,8 @@ class Health:
     """Position, velocity, acceleration or control NaN, infinite or beyond 1e10, or the inertia singular."""
     overflow: torch.Tensor
     """Contacts or constraints did not fit their memory, so some were dropped or the step was not taken."""
+    none_failed: bool = False
+    """True where the engine knows without a look at the tensors that neither holds a True."""
 
     @property
     def failed(self) -> torch.Tensor:

@@ -38,6 +38,11 @@ _OVERFLOW_WARNINGS = [int(_WARN.mjWARN_CONTACTFULL), int(_WARN.mjWARN_CNSTRFULL)
 _ADVANCED_FIELDS = frozenset({"time", "qpos", "qvel", "act"})
 """State fields that the engine changes; the others change only when written or reset."""
 
+_CLEARLY_HEALTHY = 0.99 * MAX_VALUE
+"""Values below this in float32 are below `MAX_VALUE` in float64."""
+
+_ALL = slice(None)
+
 
 class NativePhysics(Physics):
     """MuJoCo on a thread pool; see :class:`Physics` for the interface.
@@ -74,8 +79,10 @@ class NativePhysics(Physics):
         super().__init__(model, num_envs, device)
         self._batch = Batch(self.model, num_envs, num_threads)
         self._columns = {name: self._state_columns(name) for name in STATE_FIELDS}
+        self._state = {name: self._batch.state[:, columns] for name, columns in self._columns.items()}
         self._dynamic = slice(self._columns["qpos"].start, self._state_columns("qacc_warmstart").stop)
         self._mirrors: dict[str, _Mirror] = {}
+        self._advanced: list[_Mirror] = []  # what a step changes
         self._stage = Stage.POS
         self._logged_engine_error = False
         # With soft bodies an inertia warning tells of a solve that ended a hair above its tolerance: no failure.
@@ -83,6 +90,9 @@ class NativePhysics(Physics):
         self._looked = True  # whether health() was asked since the last step
         self._nonfinite = np.zeros(num_envs, bool)
         self._overflow = np.zeros(num_envs, bool)
+        self._failures = False  # whether one of the two holds a True
+        self._forces_unchecked = False  # whether accelerations were computed outside of step(), which checks them
+        self._unharmed = Health(*(torch.zeros(num_envs, dtype=torch.bool) for _ in range(2)), none_failed=True)
         self._model_of_env: mujoco.MjModel | None = None
         self._silence_warnings(slice(None))
 
@@ -101,11 +111,13 @@ class NativePhysics(Physics):
         stage = self._field_stage(name)
         column_stages = sensor_stages(self.model) if name == "sensordata" else None
         if stage == Stage.NONE:
-            source = self._batch.state[:, self._columns[name]]
+            source = self._state[name]
         else:
             source = self._batch.bind(name).reshape(self.num_envs, -1)
         mirror = _Mirror(source, self._shape(name), stage, column_stages)
         self._mirrors[name] = mirror
+        if stage != Stage.NONE or name in _ADVANCED_FIELDS:
+            self._advanced.append(mirror)
         if stage == Stage.VEL:
             self._stage = Stage.VEL
         if stage != Stage.NONE:
@@ -122,15 +134,19 @@ class NativePhysics(Physics):
         cols: slice | torch.Tensor | Sequence[int] | None = None,
     ) -> None:
         self._check_state_field(name)
-        target = self._batch.state[:, self._columns[name]]
-        rows = slice(None) if env_ids is None else _numpy_ids(env_ids)
-        columns = cols if isinstance(cols, slice) else slice(None) if cols is None else _numpy_ids(cols)
-        num_rows, num_cols = _length(rows, target.shape[0]), _length(columns, target.shape[1])
+        target = self._state[name]
+        rows = _ALL if env_ids is None else _numpy_ids(env_ids)
+        columns = cols if isinstance(cols, slice) else _ALL if cols is None else _numpy_ids(cols)
+        shape = _length(rows, target.shape[0]), _length(columns, target.shape[1])
         if not isinstance(rows, slice) and not isinstance(columns, slice):
             rows = rows[:, None]
         if not isinstance(values, torch.Tensor):
             values = torch.as_tensor(values, dtype=torch.float64)
-        source = broadcast_rows(name, values.detach().cpu(), num_rows, num_cols).numpy()
+        if values.requires_grad or values.device.type != "cpu":
+            values = values.detach().cpu()
+        if values.shape != shape:
+            values = broadcast_rows(name, values, *shape)
+        source = values.numpy()
         target[rows, columns] = source
         if name in self._mirrors:
             self._mirrors[name].write(rows, columns, source)
@@ -142,9 +158,9 @@ class NativePhysics(Physics):
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
         self._looked = False
         self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
-        for name, mirror in self._mirrors.items():
-            if mirror.stage != Stage.NONE or name in _ADVANCED_FIELDS:
-                mirror.sync(Stage.ACC)
+        with np.errstate(over="ignore"):
+            for mirror in self._advanced:
+                mirror.copy_all()
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._forward(env_ids, self._stage)
@@ -156,6 +172,8 @@ class NativePhysics(Physics):
         ids = self._sorted_ids(env_ids)
         if ids is not None and not len(ids):
             return
+        if stage == Stage.ACC:
+            self._forces_unchecked = True
         self._call(lambda: self._batch.forward(ids, stage=int(stage)))
         for mirror in self._mirrors.values():
             if mirror.stage != Stage.NONE:
@@ -192,9 +210,12 @@ class NativePhysics(Physics):
     def health(self) -> Health:
         self._collect_failures()
         self._looked = True
+        if not self._failures:
+            return self._unharmed
         report = Health(torch.from_numpy(self._nonfinite.copy()), torch.from_numpy(self._overflow.copy()))
         self._nonfinite[:] = False
         self._overflow[:] = False
+        self._failures = False
         return report
 
     def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
@@ -217,7 +238,8 @@ class NativePhysics(Physics):
         """Ascending and unique, as the batch asks; None for all."""
         if env_ids is None:
             return None
-        return np.unique(_numpy_ids(env_ids))
+        ids = _numpy_ids(env_ids)
+        return ids if (ids[1:] > ids[:-1]).all() else np.unique(ids)
 
     def _call(self, function: Callable[[], None]) -> None:
         """Run a batch call; environments in which MuJoCo raised keep their state and are marked as failed."""
@@ -228,6 +250,7 @@ class NativePhysics(Physics):
                 _LOG.warning("%s", str(error).splitlines()[0])
                 self._logged_engine_error = True
             self._overflow[error.ids] = True
+            self._failures = True
 
     def _silence_warnings(self, rows: slice | np.ndarray) -> None:
         """Start every warning counter at one: MuJoCo prints and logs to a file only when it leaves zero."""
@@ -235,13 +258,31 @@ class NativePhysics(Physics):
 
     def _collect_failures(self) -> None:
         """Move what MuJoCo warned of since the last look and what the state shows into the failure flags."""
+        raised = self._batch.warning[:, :, 1].max() > 1
+        if not raised and not self._forces_unchecked and self._moves_within_bounds():
+            return
+        self._forces_unchecked = False
         # one comparison finds NaN, infinity and huge values alike
         self._nonfinite |= ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
-        raised = self._batch.warning[:, :, 1] > 1
-        if raised.any():
-            self._nonfinite |= raised[:, self._failing].any(1)
-            self._overflow |= raised[:, _OVERFLOW_WARNINGS].any(1)
-            self._silence_warnings(slice(None))
+        if raised:
+            warned = self._batch.warning[:, :, 1] > 1
+            self._nonfinite |= warned[:, self._failing].any(1)
+            self._overflow |= warned[:, _OVERFLOW_WARNINGS].any(1)
+            self._silence_warnings(_ALL)
+        self._failures = bool(self._nonfinite.any() or self._overflow.any())
+
+    def _moves_within_bounds(self) -> bool:
+        """Whether positions, velocities and activations of all environments are surely healthy, at little cost.
+
+        What step() did to accelerations MuJoCo has checked itself, and would have warned of.
+        """
+        for name in ("qpos", "qvel", "act"):
+            values = self._state[name]
+            if values.size:
+                values = self._mirrors[name].array if name in self._mirrors else values
+                if not (values.max() < _CLEARLY_HEALTHY and values.min() > -_CLEARLY_HEALTHY):  # NaN: neither
+                    return False
+        return True
 
 
 class _Mirror:
@@ -254,7 +295,7 @@ class _Mirror:
         num_envs, width = source.shape
         self.stage = stage
         self.tensor = torch.zeros(num_envs, *shape)
-        self._target = self.tensor.numpy().reshape(num_envs, width)
+        self.array = self.tensor.numpy().reshape(num_envs, width)
         self._source = source
         self._column_stages = np.array([stage] * width if column_stages is None else column_stages, dtype=int)
         self._lowest = int(self._column_stages.min(initial=int(Stage.ACC)))
@@ -262,8 +303,15 @@ class _Mirror:
 
     def write(self, rows: slice | np.ndarray, columns: slice | np.ndarray, values: np.ndarray) -> None:
         """The values that were written into the source."""
+        if values.dtype == np.float32:
+            self.array[rows, columns] = values
+            return
         with np.errstate(over="ignore"):
-            self._target[rows, columns] = values
+            self.array[rows, columns] = values
+
+    def copy_all(self) -> None:
+        """Copy everything; the caller ignores overflows."""
+        np.copyto(self.array, self._source, casting="same_kind")
 
     def sync(self, stage: Stage, ids: np.ndarray | None = None) -> None:
         """Copy the columns that are current once `stage` has been computed, of some environments or all."""
@@ -271,22 +319,24 @@ class _Mirror:
             return
         with np.errstate(over="ignore"):  # a diverged value may exceed float32
             if self._highest > stage:
-                rows = np.arange(len(self._target)) if ids is None else ids
+                rows = np.arange(len(self.array)) if ids is None else ids
                 index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
-                self._target[index] = self._source[index]
+                self.array[index] = self._source[index]
             elif ids is None:
-                np.copyto(self._target, self._source, casting="same_kind")
+                self.copy_all()
             else:
-                self._target[ids] = self._source[ids]
+                self.array[ids] = self._source[ids]
 
     def clear_forces(self, ids: np.ndarray | None) -> None:
         """Zero the force-dependent columns: they belonged to a state that is gone."""
         if self._highest == Stage.ACC:
-            rows = np.arange(len(self._target)) if ids is None else ids
-            self._target[np.ix_(rows, np.flatnonzero(self._column_stages == Stage.ACC))] = 0.0
+            rows = np.arange(len(self.array)) if ids is None else ids
+            self.array[np.ix_(rows, np.flatnonzero(self._column_stages == Stage.ACC))] = 0.0
 
 
 def _numpy_ids(ids: torch.Tensor | Sequence[int]) -> np.ndarray:
+    if isinstance(ids, torch.Tensor) and ids.dtype == torch.long and ids.device.type == "cpu":
+        return ids.numpy()
     return ids_tensor(ids, torch.device("cpu")).numpy()
 
 

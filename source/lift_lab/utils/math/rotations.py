@@ -36,8 +36,9 @@ def quat_inv(q: torch.Tensor, eps: float = 1e-9) -> torch.Tensor:
 
 def quat_mul(q1: torch.Tensor, q2: torch.Tensor) -> torch.Tensor:
     """Hamilton product: the rotation ``q2`` followed by ``q1``. Shapes (..., 4) broadcast."""
-    q1, q2 = torch.broadcast_tensors(q1, q2)
-    w1, v1, w2, v2 = q1[..., :1], q1[..., 1:], q2[..., :1], q2[..., 1:]
+    if q1.shape != q2.shape:
+        q1, q2 = torch.broadcast_tensors(q1, q2)
+    (w1, v1), (w2, v2) = torch.split_with_sizes(q1, (1, 3), -1), torch.split_with_sizes(q2, (1, 3), -1)
     real = w1 * w2 - (v1 * v2).sum(dim=-1, keepdim=True)
     imaginary = torch.addcmul(torch.linalg.cross(v1, v2), w1, v2).addcmul_(w2, v1)
     return torch.cat((real, imaginary), dim=-1)
@@ -53,18 +54,24 @@ def quat_apply(quat: torch.Tensor, vec: torch.Tensor) -> torch.Tensor:
     Returns:
         Rotated vectors. Shape is (..., 3).
     """
-    return _rotate(quat[..., :1], quat[..., 1:], vec)
+    real, imaginary, vec, twice_cross = _rotation_terms(quat, vec)
+    return vec + real * twice_cross + torch.linalg.cross(imaginary, twice_cross)
 
 
 def quat_apply_inverse(quat: torch.Tensor, vec: torch.Tensor) -> torch.Tensor:
     """Rotate vectors by the inverse of unit quaternions. Shapes are (..., 4) and (..., 3)."""
-    return _rotate(-quat[..., :1], quat[..., 1:], vec)
+    real, imaginary, vec, twice_cross = _rotation_terms(quat, vec)
+    return vec - real * twice_cross + torch.linalg.cross(imaginary, twice_cross)
 
 
-def _rotate(real: torch.Tensor, imaginary: torch.Tensor, vec: torch.Tensor) -> torch.Tensor:
-    imaginary, vec = torch.broadcast_tensors(imaginary, vec)
-    twice_cross = 2.0 * torch.linalg.cross(imaginary, vec)
-    return vec + real * twice_cross + torch.linalg.cross(imaginary, twice_cross)
+def _rotation_terms(
+    quat: torch.Tensor, vec: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Real part, imaginary part and vector, which broadcast, and twice the cross product of the latter two."""
+    real, imaginary = torch.split_with_sizes(quat, (1, 3), -1)
+    if imaginary.shape != vec.shape:
+        imaginary, vec = torch.broadcast_tensors(imaginary, vec)
+    return real, imaginary, vec, 2.0 * torch.linalg.cross(imaginary, vec)
 
 
 quat_rotate = quat_apply
@@ -222,12 +229,13 @@ def quat_from_euler_xyz(roll: torch.Tensor, pitch: torch.Tensor, yaw: torch.Tens
     cr, sr = torch.cos(0.5 * roll), torch.sin(0.5 * roll)
     cp, sp = torch.cos(0.5 * pitch), torch.sin(0.5 * pitch)
     cy, sy = torch.cos(0.5 * yaw), torch.sin(0.5 * yaw)
+    cr_cp, sr_sp, sr_cp, cr_sp = cr * cp, sr * sp, sr * cp, cr * sp
     return torch.stack(
         (
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
+            cr_cp * cy + sr_sp * sy,
+            sr_cp * cy - cr_sp * sy,
+            cr_sp * cy + sr_cp * sy,
+            cr_cp * sy - sr_sp * cy,
         ),
         dim=-1,
     )

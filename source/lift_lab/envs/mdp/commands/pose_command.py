@@ -11,7 +11,7 @@ from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
-from .._tensors import sample_ranges
+from .._tensors import is_zero, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -85,7 +85,10 @@ class UniformPoseCommand(CommandTerm):
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         r = self.cfg.ranges
         drawn = sample_ranges((r.pos_x, r.pos_y, r.pos_z, r.roll, r.pitch, r.yaw), len(env_ids), self.device)
-        quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
+        if is_zero((r.roll, r.pitch, r.yaw)):
+            quat = math_utils.default_orientation(len(env_ids), self.device)
+        else:
+            quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:
             quat = math_utils.quat_unique(quat)
         self.pose_command_b[env_ids] = torch.cat((drawn[:, :3], quat), dim=-1)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
+from lift_lab.envs.mdp._tensors import block, compact_index
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import configclass
 
@@ -35,7 +36,8 @@ class ObjectPoseCommand(UniformPoseCommand):
         super().__init__(cfg, env)
         self._robot_cfg = SceneEntityCfg(cfg.asset_name)
         self._object_cfg = SceneEntityCfg(cfg.object_name)
-        self._joint_ids, _ = self.robot.find_joints(cfg.smoothness_joint_names)
+        joint_ids, _ = self.robot.find_joints(cfg.smoothness_joint_names)
+        self._joint_ids = compact_index(joint_ids, self.robot.num_joints, self.device)
         zeros = torch.zeros(self.num_envs, device=self.device)
         for name in ("success", "object_position_error", "first_pick_drop"):
             self.metrics[name] = zeros.clone()
@@ -44,7 +46,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._success_s = zeros.clone()
         self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._steps = zeros.clone()
-        self._joint_vel = torch.zeros(self.num_envs, len(self._joint_ids), device=self.device)
+        self._joint_vel = torch.zeros(self.num_envs, len(joint_ids), device=self.device)
 
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
@@ -57,7 +59,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._success_s[ids] = 0.0
         self._steps[ids] = 0.0
         self._held[ids] = False
-        self._joint_vel[ids] = self.robot.data.joint_vel[ids][:, self._joint_ids]
+        self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
 
     def _update_metrics(self) -> None:
@@ -69,16 +71,17 @@ class ObjectPoseCommand(UniformPoseCommand):
         reached = distance < self.cfg.success_distance
         first = reached & (metrics["success"] == 0)
         self._success_s = torch.where(first, self._env.episode_length_buf * self._env.step_dt, self._success_s)
-        metrics["success"] = torch.maximum(metrics["success"], reached.float())
+        metrics["success"] = torch.where(reached, 1.0, metrics["success"])
         low_m, high_m = self.cfg.pick_heights_m
-        fell = self._held & (pos_w[:, 2] < low_m)
-        metrics["first_pick_drop"] = torch.maximum(metrics["first_pick_drop"], fell.float())
-        self._held = (self._held & ~fell) | (pos_w[:, 2] > high_m)
+        height_m = pos_w[:, 2]
+        fell = self._held & (height_m < low_m)
+        metrics["first_pick_drop"] = torch.where(fell, 1.0, metrics["first_pick_drop"])
+        self._held = (self._held > fell) | (height_m > high_m)  # of booleans, > is "and not"
         self._update_smoothness()
 
     def _update_smoothness(self) -> None:
         """Running means over the steps of the episode; the call in the step that resets sees none yet."""
-        manager, joint_vel = self._env.action_manager, self.robot.data.joint_vel[:, self._joint_ids]
+        manager, joint_vel = self._env.action_manager, block(self.robot.data.joint_vel, None, self._joint_ids)
         action_change = (manager.action - manager.prev_action).square().sum(dim=1)
         acceleration = ((joint_vel - self._joint_vel) / self._env.step_dt).square().mean(dim=1)
         self._joint_vel = joint_vel
