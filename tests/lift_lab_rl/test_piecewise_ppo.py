@@ -9,6 +9,7 @@ from rsl_rl.models import MLPModel
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 
+from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.rsl_rl.ppo import EluMlp, PiecewisePPO
 from lift_lab_rl.threads import PiecePool, piece_bounds, use_one_torch_thread
 
@@ -100,6 +101,50 @@ def test_a_fixed_standard_deviation_stays_fixed():
     before = std.clone()
     rollouts(algorithm)
     assert torch.equal(std, before)
+
+
+def _mean_action_after_updates_without_reward(mean_reg_coef: float) -> tuple[float, float]:
+    """Mean squared length of the mean action before and after two updates in a world where nothing matters."""
+    settings = {"value_loss_coef": 0.0, "entropy_coef": 0.0, "gamma": 0.0, "schedule": "fixed", "desired_kl": None}
+    algorithm = make(PiecewisePPO, mean_reg_coef=mean_reg_coef, learning_rate=1e-2, **settings)
+    obs = TensorDict({"policy": torch.randn(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS])
+    lengths = []
+    for _ in range(3):
+        with torch.inference_mode():
+            mean = algorithm._raw_actor(obs)
+            lengths.append(mean.square().sum(-1).mean().item())
+            for _ in range(STEPS):
+                algorithm.act(obs)
+                algorithm.process_env_step(obs, torch.zeros(NUM_ENVS), torch.zeros(NUM_ENVS).long(), {})
+            algorithm.compute_returns(obs)
+            algorithm.storage.advantages.zero_()
+        algorithm.update()
+    return lengths[0], lengths[-1]
+
+
+def test_the_mean_action_is_drawn_to_zero_where_nothing_else_speaks():
+    before, after = _mean_action_after_updates_without_reward(0.01)
+    assert after < 0.5 * before
+
+
+def test_a_piece_pays_for_the_squared_length_of_its_mean_actions():
+    algorithm, plain = make(PiecewisePPO, mean_reg_coef=0.25), make(PiecewisePPO)
+    torch.manual_seed(5)
+    obs = torch.randn(8, OBS)
+    piece = {"obs_actor": obs, "obs_critic": obs, "actions": torch.randn(8, ACTIONS), "old_mean": torch.zeros(8, 3)}
+    piece |= {key: torch.randn(8) for key in ("values", "returns", "advantages", "old_log_prob")}
+    piece["old_std"] = torch.ones(8, ACTIONS)
+    with torch.no_grad():
+        length = algorithm._raw_actor.mlp(obs).square().sum(-1)
+        difference = algorithm._piece_loss(piece, rows=16)[0] - plain._piece_loss(piece, rows=16)[0]
+    torch.testing.assert_close(difference, 0.25 * length.sum() / 16)
+
+
+def test_mean_regularisation_is_refused_where_it_would_do_nothing():
+    with pytest.raises(ConfigError, match="mean_reg_coef is -1"):
+        make(PiecewisePPO, mean_reg_coef=-1.0)
+    with pytest.raises(ConfigError, match="mean_reg_coef needs a Gaussian"):
+        make(PiecewisePPO, mean_reg_coef=0.1, use_mixed_precision=True)
 
 
 def test_elu_network_has_the_gradient_that_autograd_finds():

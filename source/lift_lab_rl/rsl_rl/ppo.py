@@ -26,6 +26,7 @@ from rsl_rl.modules.distribution import GaussianDistribution
 from tensordict import TensorDict
 from torch import nn
 
+from lift_lab.utils.errors import ConfigError
 from lift_lab_rl import distributed
 from lift_lab_rl.threads import PiecePool, piece_bounds
 
@@ -81,7 +82,14 @@ class PiecewisePPO(PPO):
     storage: Any
 
     def __init__(
-        self, actor: MLPModel, critic: MLPModel, storage: Any, *, num_threads: int | None = None, **kwargs: Any
+        self,
+        actor: MLPModel,
+        critic: MLPModel,
+        storage: Any,
+        *,
+        num_threads: int | None = None,
+        mean_reg_coef: float = 0.0,
+        **kwargs: Any,
     ):
         """Build rsl_rl's PPO.
 
@@ -90,7 +98,12 @@ class PiecewisePPO(PPO):
             critic: value network.
             storage: rollout storage.
             num_threads: threads the update may use on the CPU; None takes every CPU this process may run on.
+            mean_reg_coef: weight in the loss of the squared length of the policy's mean action, averaged over samples.
             **kwargs: rsl_rl's settings.
+
+        Raises:
+            ConfigError: ``mean_reg_coef`` is negative, or not zero with networks or extensions that go through
+                rsl_rl's own update.
         """
         super().__init__(actor, critic, storage, **kwargs)
         on_cpu = torch.device(self.device).type == "cpu"
@@ -101,6 +114,14 @@ class PiecewisePPO(PPO):
             self.optimizer = torch.optim.Adam(self._params, lr=self.learning_rate, fused=True)
         self._time_outs = torch.zeros_like(self.storage.rewards)
         self._plain = self._is_plain()
+        if not 0.0 <= mean_reg_coef < math.inf:
+            raise ConfigError(f"agent.algorithm.mean_reg_coef is {mean_reg_coef}; it must be at least 0")
+        if mean_reg_coef and not self._plain:
+            raise ConfigError(
+                "agent.algorithm.mean_reg_coef needs a Gaussian multi-layer perceptron without random network"
+                " distillation, symmetry or mixed precision; set it to 0"
+            )
+        self.mean_reg_coef = mean_reg_coef
 
     def _is_plain(self) -> bool:
         """Whether the networks and settings are those that the piecewise update covers."""
@@ -298,7 +319,10 @@ class PiecewisePPO(PPO):
             scaled = ((old_std / std).square() + ((old_mean - mean) / std).square() - 1.0) * 0.5
             kl = (scaled - (old_std / std).log()).sum() / rows
             stats = torch.stack([value_loss, surrogate_loss, kl])
-        return surrogate_loss + self.value_loss_coef * value_loss, stats
+        loss = surrogate_loss + self.value_loss_coef * value_loss
+        if self.mean_reg_coef:
+            loss = loss + self.mean_reg_coef * mean.square().sum() / rows
+        return loss, stats
 
     def _std(self) -> torch.Tensor:
         """Standard deviation of every action, shape (num_actions,), as rsl_rl's Gaussian clamps it."""
