@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cli_args import make_parser, positive
+from cli_args import add_checkpoint_args, make_parser, positive
 
 from lift_lab.app import AppLauncher, cli
 
@@ -20,12 +20,7 @@ MOST_ENVS = 1024
 
 def parse():
     parser = make_parser(__doc__)
-    parser.add_argument(
-        "--checkpoint", type=str, default=None, help="path, latest (default), best, pretrained, or a file name"
-    )
-    parser.add_argument(
-        "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
-    )
+    add_checkpoint_args(parser)
     parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
     parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
     parser.add_argument(

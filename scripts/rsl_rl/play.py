@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cli_args import make_parser, positive
+from cli_args import add_checkpoint_args, make_parser, positive
 from video_args import add_video_args, apply_video_args
 from watching import add_watching_args, is_asked, watch
 
@@ -19,12 +19,7 @@ from lift_lab.app import AppLauncher, cli
 
 def parse():
     parser = make_parser(__doc__)
-    parser.add_argument(
-        "--checkpoint", type=str, default=None, help="path, latest (default), best, pretrained, or a file name"
-    )
-    parser.add_argument(
-        "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
-    )
+    add_checkpoint_args(parser)
     parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
     parser.add_argument(
         "--video", nargs="?", const="", default=None, metavar="FILE.mp4", help="write an mp4 (default: beside the run)"
@@ -59,8 +54,9 @@ def main() -> int:
         export_policy_as_onnx,
         to_rsl_rl,
     )
+    from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils import runs
     from lift_lab_tasks.utils.hydra import compose
 
@@ -81,8 +77,7 @@ def main() -> int:
             file = Path(
                 args.video_file or runs.output_dir(agent_cfg, checkpoint) / "videos" / "play" / f"{checkpoint.stem}.mp4"
             )
-            length = args.video_length or steps
-            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=length, background=False)
+            env = film_playing(env, file, args.video_length or steps)
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
         runner.load_policy(str(checkpoint))
@@ -106,18 +101,14 @@ def main() -> int:
                 if count:
                     for key, value in extras["log"].items():
                         logs.setdefault(key, []).append((float(value), count))
-        print(f"{steps} steps of {wrapped.num_envs} environments, {ended} episodes ended")
-        print(f"mean reward: {total.mean().item() / (steps * wrapped.unwrapped.step_dt):.3f} per second")
+        print_played(env, steps, ended, total.mean().item())
         for key, values in logs.items():
             mean = sum(value * weight for value, weight in values) / sum(weight for _, weight in values)
             print(f"{key}: {mean:.4f}")
     finally:
         env.close()
         launcher.app.close()
-    if args.video:
-        for path in env.files:  # type: ignore[attr-defined]
-            print(f"video: {path}")
-    return 0
+    return print_videos(env)
 
 
 if __name__ == "__main__":

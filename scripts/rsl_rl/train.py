@@ -11,13 +11,13 @@ Several processes: torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distrib
 
 from __future__ import annotations
 
-import importlib.util
 import time
 
 from cli_args import make_parser, positive
 from video_args import add_video_args, apply_video_args
 
 from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import add_training_video_args
 
 START = time.perf_counter()
 
@@ -32,13 +32,11 @@ def parse():
         "--checkpoint", type=str, default=None, help="checkpoint to continue: path, latest, best or file name"
     )
     parser.add_argument("--logger", choices=["tensorboard", "wandb", "neptune"], default=None, help="where curves go")
-    parser.add_argument("--log_project_name", type=str, default=None, help="project name for wandb or neptune")
+    parser.add_argument("--log_project_name", type=str, default=None, help="project name for wandb")
     parser.add_argument(
         "--distributed", action="store_true", help="share the gradients with the other processes of torchrun"
     )
-    parser.add_argument("--video", action="store_true", help="make videos while training, in a process of their own")
-    parser.add_argument("--video_length", type=positive, default=200, help="steps in a video")
-    parser.add_argument("--video_interval", type=positive, default=2000, help="steps between the starts of two videos")
+    add_training_video_args(parser)
     add_video_args(parser)
     return parser.parse()
 
@@ -51,14 +49,15 @@ def main() -> int:
     from rich.console import Console
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.utils.errors import ConfigError, MissingPackageError
-    from lift_lab.utils.io import dump_yaml
+    from lift_lab.utils.errors import ConfigError
     from lift_lab_rl import distributed
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.rsl_rl.progress import Progress
-    from lift_lab_rl.rsl_rl.runner import checkpoint_iteration
+    from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
+    from lift_lab_rl.rsl_rl.wandb_writer import require_logger
+    from lift_lab_rl.script_steps import film_training, write_configurations
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils import runs
     from lift_lab_tasks.utils.hydra import compose
 
@@ -73,11 +72,10 @@ def main() -> int:
     for name in ("max_iterations", "run_name", "experiment_name", "load_run", "logger"):
         if getattr(args, name) is not None:
             setattr(agent_cfg, name, getattr(args, name))
-    if agent_cfg.logger in ("wandb", "neptune") and importlib.util.find_spec(agent_cfg.logger) is None:
-        raise MissingPackageError(f"--logger {agent_cfg.logger} needs a package: pip install {agent_cfg.logger}")
+    require_logger(agent_cfg.logger)
     if args.log_project_name is not None:
         if agent_cfg.logger == "tensorboard":
-            raise ConfigError("--log_project_name needs --logger wandb or neptune")
+            raise ConfigError("--log_project_name needs --logger wandb")
         setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
     if place.is_distributed and args.num_threads is None and env_cfg.sim.num_threads is None:
         args.num_threads = place.num_threads()
@@ -112,10 +110,7 @@ def main() -> int:
         env = gym.make(args.task, cfg=env_cfg)
         try:
             say(str(env.unwrapped))
-            if args.video:
-                folder = run_dir / "videos" / "train"
-                length = min(args.video_length, args.video_interval)
-                env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length, say=say)
+            env = film_training(env, args, run_dir, say)
             wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
             plain = to_rsl_rl(agent_cfg, wrapped.get_observations().keys())
             runner = LiftLabRunner(wrapped, plain, run_dir, agent_cfg.device, fingerprint, place)
@@ -123,10 +118,7 @@ def main() -> int:
                 runner.load(str(checkpoint))
                 say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")
             if place.is_main:
-                run_dir.mkdir(parents=True, exist_ok=True)
-                dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
-                dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
-                dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+                write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
             count = f"{place.world_size} x {wrapped.num_envs}" if place.is_distributed else wrapped.num_envs
             say(f"{args.task}: {count} environments on {wrapped.device}, seed {agent_cfg.seed}")
             say(f"writing to {run_dir}")

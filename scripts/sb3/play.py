@@ -11,19 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import positive, task_parser
+from lift_lab.app.arguments import playing_parser
 
 LOGS = Path("logs") / "sb3"
 
 
 def parse():
-    parser = task_parser(__doc__, "sb3_cfg_entry_point", "logs/sb3 (default: the task's id)")
-    parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
-    parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run (default: newest)")
-    parser.add_argument("--use_last_checkpoint", action="store_true", help="the last model_N_steps.zip, not model.zip")
-    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
-    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
-    return parser.parse()
+    return playing_parser(__doc__, "sb3", model="model.zip", numbered="model_N_steps.zip").parse()
 
 
 def main() -> int:
@@ -39,8 +33,9 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.sb3 import Sb3VecEnvWrapper
     from lift_lab_rl.sb3_runs import build
+    from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, find_model, task_folder
 
@@ -58,8 +53,7 @@ def main() -> int:
     try:
         steps = args.steps or env.unwrapped.max_episode_length
         if args.video:
-            file = checkpoint.parent / "videos" / "play" / f"{checkpoint.stem}.mp4"
-            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=steps, background=False)
+            env = film_playing(env, checkpoint.parent / "videos" / "play" / f"{checkpoint.stem}.mp4", steps)
         agent, played, _ = build(Sb3VecEnvWrapper(env), agent_cfg, checkpoint, training=False)
         vec_env: Any = played
         print(f"policy: {checkpoint}")
@@ -70,17 +64,13 @@ def main() -> int:
             obs, rewards, dones, infos = vec_env.step(actions)
             total += float(rewards.mean())
             returns += [infos[idx]["episode"]["r"] for idx in np.flatnonzero(dones)]
-        print(f"{steps} steps of {vec_env.num_envs} environments, {len(returns)} episodes ended")
-        print(f"mean reward: {total / (steps * env.unwrapped.step_dt):.3f} per second")
+        print_played(env, steps, len(returns), total)
         if returns:
             print(f"mean return of an episode: {np.mean(returns):.3f}")
     finally:
         env.close()
         launcher.app.close()
-    if args.video:
-        for path in env.files:  # type: ignore[attr-defined]
-            print(f"video: {path}")
-    return 0
+    return print_videos(env)
 
 
 if __name__ == "__main__":

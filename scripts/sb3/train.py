@@ -8,23 +8,20 @@ params/ with the configurations. Ctrl-C saves and ends. --checkpoint starts from
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import add_training_video_args, positive, task_parser
+from lift_lab.app.arguments import positive, training_parser
 
 LOGS = Path("logs") / "sb3"
 
 
 def parse():
-    parser = task_parser(__doc__, "sb3_cfg_entry_point", "logs/sb3 (default: the task's id)")
-    parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts, each of n_steps")
+    parser = training_parser(__doc__, "sb3")
     parser.add_argument("--log_interval", type=positive, default=1, help="rollouts between two lines of the log")
     parser.add_argument("--save_interval", type=positive, default=1000, help="environment steps between two models")
-    parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
-    parser.add_argument("--checkpoint", type=str, default=None, help="model to start from: path")
     parser.add_argument("--keep_all_info", action="store_true", help="put the environment's log into the infos")
-    add_training_video_args(parser)
     return parser.parse()
 
 
@@ -40,11 +37,11 @@ def main() -> int:
     from stable_baselines3.common.logger import configure
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.utils.io import dump_yaml
     from lift_lab_rl.sb3 import LogCallback, Sb3VecEnvWrapper
     from lift_lab_rl.sb3_runs import build, save
+    from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
 
@@ -63,25 +60,16 @@ def main() -> int:
     env = gym.make(args.task, cfg=env_cfg)
     try:
         print(env.unwrapped)
-        if args.video:
-            folder = run_dir / "videos" / "train"
-            length = min(args.video_length, args.video_interval)
-            env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length)
+        env = film_training(env, args, run_dir)
         wrapped = Sb3VecEnvWrapper(env, fast_variant=not args.keep_all_info)
         agent, vec_env, timesteps = build(wrapped, agent_cfg, checkpoint)
-        run_dir.mkdir(parents=True, exist_ok=True)
-        dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
-        dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
-        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+        write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
         print(f"{args.task}: {wrapped.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
         print(f"writing to {run_dir}", flush=True)
         agent.set_logger(configure(str(run_dir), ["stdout", "tensorboard"]))
         saver = CheckpointCallback(args.save_interval, str(run_dir), "model", save_vecnormalize=True)
-        ended = "finished"
-        try:
-            agent.learn(timesteps, callback=[saver, LogCallback()], log_interval=args.log_interval)
-        except KeyboardInterrupt:
-            ended = "ended early"
+        callbacks = [saver, LogCallback()]
+        ended = until_interrupted(partial(agent.learn, timesteps, callback=callbacks, log_interval=args.log_interval))
         save(agent, vec_env, run_dir / "model.zip")
         print(f"{ended} after {agent.num_timesteps} samples: {run_dir / 'model.zip'}")
     finally:

@@ -10,19 +10,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import positive, task_parser
+from lift_lab.app.arguments import playing_parser
 
 LOGS = Path("logs") / "skrl"
 
 
 def parse():
-    parser = task_parser(__doc__, "skrl_cfg_entry_point", "logs/skrl (default: the task's id)")
-    parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
-    parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run (default: newest)")
-    parser.add_argument("--use_last_checkpoint", action="store_true", help="the last agent_N.pt, not best_agent.pt")
-    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
-    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
-    return parser.parse()
+    return playing_parser(__doc__, "skrl", model="best_agent.pt", numbered="agent_N.pt").parse()
 
 
 def main() -> int:
@@ -37,9 +31,10 @@ def main() -> int:
     from skrl.utils.runner.torch import Runner
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, find_model, task_folder
 
@@ -60,8 +55,7 @@ def main() -> int:
     try:
         steps = args.steps or env.unwrapped.max_episode_length
         if args.video:
-            file = checkpoint.parent.parent / "videos" / "play" / f"{checkpoint.stem}.mp4"
-            env = RecordVideo(env, lambda _: file, interval=1 << 60, length=steps, background=False)
+            env = film_playing(env, checkpoint.parents[1] / "videos" / "play" / f"{checkpoint.stem}.mp4", steps)
         wrapped = SkrlVecEnvWrapper(env)
         agent = Runner(wrapped, agent_cfg).agent
         agent.load(str(checkpoint))
@@ -75,15 +69,11 @@ def main() -> int:
                 obs, rewards, terminated, truncated, _ = wrapped.step(outputs.get("mean_actions", actions))
                 total += float(rewards.mean())
                 ended += int((terminated | truncated).sum())
-        print(f"{steps} steps of {wrapped.num_envs} environments, {ended} episodes ended")
-        print(f"mean reward: {total / (steps * env.unwrapped.step_dt):.3f} per second")
+        print_played(env, steps, ended, total)
     finally:
         env.close()
         launcher.app.close()
-    if args.video:
-        for path in env.files:  # type: ignore[attr-defined]
-            print(f"video: {path}")
-    return 0
+    return print_videos(env)
 
 
 if __name__ == "__main__":

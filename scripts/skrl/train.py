@@ -12,18 +12,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import add_training_video_args, positive, task_parser
+from lift_lab.app.arguments import training_parser
 
 LOGS = Path("logs") / "skrl"
 
 
 def parse():
-    parser = task_parser(__doc__, "skrl_cfg_entry_point", "logs/skrl (default: the task's id)")
-    parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts")
-    parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
-    parser.add_argument("--checkpoint", type=str, default=None, help="agent to start from: path")
-    add_training_video_args(parser)
-    return parser.parse()
+    return training_parser(__doc__, "skrl").parse()
 
 
 def main() -> int:
@@ -37,10 +32,10 @@ def main() -> int:
     from skrl.utils.runner.torch import Runner
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.utils.io import dump_yaml
+    from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_rl.video import RecordVideo, require_video
+    from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
 
@@ -64,24 +59,15 @@ def main() -> int:
     env = gym.make(args.task, cfg=env_cfg)
     try:
         print(env.unwrapped)
-        if args.video:
-            folder = run_dir / "videos" / "train"
-            length = min(args.video_length, args.video_interval)
-            env = RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length)
+        env = film_training(env, args, run_dir)
         runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
         if checkpoint is not None:
             runner.agent.load(str(checkpoint))
-        dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
-        dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
-        dump_yaml(run_dir / "params" / "run.yaml", {"task": args.task, "overrides": list(overrides)})
+        write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
         inner = env.unwrapped
         print(f"{args.task}: {inner.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
         print(f"writing to {run_dir}", flush=True)
-        ended = "finished"
-        try:
-            runner.run()
-        except KeyboardInterrupt:
-            ended = "ended early"
+        ended = until_interrupted(runner.run)
         steps = inner.common_step_counter
         last = run_dir / "checkpoints" / f"agent_{steps}.pt"
         last.parent.mkdir(exist_ok=True)

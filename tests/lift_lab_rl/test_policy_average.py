@@ -2,12 +2,13 @@
 
 import pytest
 import torch
-from test_runner_files import AgentCfg, PointEnv
+from point_task import AgentCfg, PointEnv
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab_rl.files import load_torch
+from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
-from lift_lab_rl.rsl_rl.runner import AVERAGE
+from lift_lab_rl.rsl_rl.policy_average import AVERAGE
+from lift_lab_rl.rsl_rl.pretrained import write_pretrained
 
 SHARE = 0.5
 
@@ -71,6 +72,18 @@ def test_play_and_evaluate_act_with_the_average_where_there_is_one(tmp_path, sha
     saved = load_torch(tmp_path / "model_4.pt")
     for name, value in weights(runner).items():
         assert torch.equal(value, saved[entry][name])
+
+
+def test_a_file_without_a_policy_is_answered_alike_by_playing_and_shipping(tmp_path):
+    path = tmp_path / "resume_state_4.pt"
+    save_torch(path, {"iteration": 4})
+    runner = make_runner(None)
+    with pytest.raises(ConfigError, match=r"resume_state_4\.pt' holds no policy") as playing:
+        runner.load_policy(str(path))
+    with pytest.raises(ConfigError) as shipping:
+        write_pretrained(runner, path, tmp_path / "out", "Point")
+    assert str(playing.value) == str(shipping.value)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.0])

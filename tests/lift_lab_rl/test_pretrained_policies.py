@@ -8,15 +8,15 @@ import gymnasium as gym
 import pytest
 import torch
 from onnx.reference import ReferenceEvaluator
-from test_runner_files import AgentCfg, PointEnv
+from point_task import AgentCfg, PointEnv
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
+from lift_lab_rl.rsl_rl.policy_average import AVERAGE
 from lift_lab_rl.rsl_rl.pretrained import MAX_BYTES, write_pretrained
-from lift_lab_rl.rsl_rl.runner import AVERAGE
 from lift_lab_tasks.utils import runs
 
 ROOT = Path(__file__).resolve().parents[2]

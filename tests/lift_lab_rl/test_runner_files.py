@@ -5,91 +5,23 @@ import os
 import signal
 import threading
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import torch
-from rsl_rl.env import VecEnv
+from point_task import AgentCfg, PointEnv
 from tensordict import TensorDict
 
-from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import (
     LiftLabRunner,
-    RslRlOnPolicyRunnerCfg,
     RslRlPpoActorCriticCfg,
     RslRlPpoActorCriticRecurrentCfg,
-    RslRlPpoAlgorithmCfg,
     export_policy_as_jit,
     export_policy_as_onnx,
     to_rsl_rl,
 )
 from lift_lab_rl.rsl_rl.exporter import ExportError, check_export
-
-
-@configclass
-class AgentCfg(RslRlOnPolicyRunnerCfg):
-    num_steps_per_env = 8
-    max_iterations = 4
-    save_interval = 2
-    experiment_name = "test"
-    policy = RslRlPpoActorCriticCfg(
-        init_noise_std=1.0,
-        noise_std_type="log",
-        actor_obs_normalization=True,
-        critic_obs_normalization=True,
-        actor_hidden_dims=[16, 8],
-        critic_hidden_dims=[16, 8],
-        activation="elu",
-    )
-    algorithm = RslRlPpoAlgorithmCfg(
-        value_loss_coef=1.0,
-        use_clipped_value_loss=True,
-        clip_param=0.2,
-        entropy_coef=0.006,
-        num_learning_epochs=2,
-        num_mini_batches=2,
-        learning_rate=1e-3,
-        schedule="adaptive",
-        gamma=0.99,
-        lam=0.95,
-        desired_kl=0.01,
-        max_grad_norm=1.0,
-    )
-
-
-class PointEnv(VecEnv):
-    """Points on a line that are paid for being near zero; episodes of 20 steps."""
-
-    num_actions, max_episode_length, device = 1, 20, "cpu"
-
-    def __init__(self, num_envs=32, on_step=None):
-        self.num_envs, self.cfg = num_envs, {}
-        self.position = torch.rand(num_envs, 1) * 2.0 - 1.0
-        self.episode_length_buf = torch.zeros(num_envs, dtype=torch.long)
-        self.on_step = on_step
-
-    @property
-    def unwrapped(self):
-        return self
-
-    def get_observations(self):
-        return TensorDict({"policy": torch.cat([self.position, self.position**2], 1)}, batch_size=[self.num_envs])
-
-    def step(self, actions):
-        if self.on_step is not None:
-            self.on_step()
-        self.position = self.position + 0.1 * actions
-        self.episode_length_buf = self.episode_length_buf + 1
-        reward = -self.position[:, 0].abs()
-        done = self.episode_length_buf >= self.max_episode_length
-        log = {}
-        if done.any():
-            log = {"Metrics/success": (self.position[done].abs() < 0.2).float().mean()}
-        self.position = torch.where(done[:, None], torch.rand(self.num_envs, 1) * 2.0 - 1.0, self.position)
-        self.episode_length_buf = torch.where(done, 0, self.episode_length_buf)
-        return self.get_observations(), reward, done.long(), {"time_outs": done, "log": log}
 
 
 def train(folder, iterations=4, threads=1, on_step=None, cfg=None):
@@ -206,9 +138,9 @@ def test_every_action_may_have_a_deviation_of_its_own_to_start_with(tmp_path):
 def test_a_signal_ends_the_run_after_its_iteration_with_a_checkpoint(tmp_path, number):
     steps = []
 
-    def on_step():
-        steps.append(1)
-        if len(steps) == 20:  # within the third iteration of 8 steps
+    def on_step(step):
+        steps.append(step)
+        if step == 20:  # within the third iteration of 8 steps
             os.kill(os.getpid(), number)
 
     before = signal.getsignal(number)
@@ -247,19 +179,6 @@ def test_curves_hold_every_iteration_and_the_figures_of_the_study(tmp_path):
     lengths = [f"Episode / Total timesteps ({k})" for k in ("mean", "max", "min")]
     assert {*spread, *totals, *lengths, "Loss/entropy", "Loss/value", "Loss/learning_rate", "Policy/mean_std"} <= tags
     assert {"Train/mean_reward", "Train/mean_episode_length", "Metrics/success", "Perf/total_fps"} <= tags
-
-
-def test_the_best_policy_is_kept_by_success_first(tmp_path):
-    runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg()), log_dir=tmp_path)
-    runner._smoothed, saved = {}, []
-    runner.save = lambda path, infos=None: saved.append((report.terms["Metrics/success"], report.mean_reward))
-    for k, (success, reward) in enumerate([(0.1, 5.0), (0.1, 4.0), (0.9, 1.0), (0.5, 1.0)]):
-        report = SimpleNamespace(
-            terms={"Metrics/success": success}, mean_reward=reward, iteration=10 * (k + 1), success=None
-        )
-        runner._smoothed = {}  # without memory: each report stands for itself
-        runner._track(report)
-    assert saved == [(0.1, 5.0), (0.9, 1.0)]
 
 
 # -- configuration

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from rsl_rl.env import VecEnv
+from point_task import AgentCfg, PointEnv
 from rsl_rl.models import MLPModel
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
@@ -20,64 +20,11 @@ from lift_lab.app import cli
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl import distributed
 from lift_lab_rl.files import load_torch, save_torch
-from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlOnPolicyRunnerCfg, RslRlPpoAlgorithmCfg, to_rsl_rl
+from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
 from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
-from lift_lab_rl.rsl_rl.rl_cfg import RslRlPpoActorCriticCfg
 
 TRAIN = Path(__file__).parents[2] / "scripts" / "rsl_rl" / "train.py"
 SIZE = 2
-
-
-class PointEnv(VecEnv):
-    """Points on a line that are paid for being near zero."""
-
-    num_envs, num_actions, max_episode_length, device, cfg = 32, 1, 20, "cpu", {}
-
-    def __init__(self, on_step=None):
-        self.position = torch.rand(self.num_envs, 1) * 2.0 - 1.0
-        self.episode_length_buf = torch.zeros(self.num_envs, dtype=torch.long)
-        self.on_step, self.steps = on_step, 0
-
-    def get_observations(self):
-        return TensorDict({"policy": torch.cat([self.position, self.position**2], 1)}, batch_size=[self.num_envs])
-
-    def step(self, actions):
-        self.steps += 1
-        if self.on_step is not None:
-            self.on_step(self.steps)
-        self.position = self.position + 0.1 * actions
-        self.episode_length_buf += 1
-        done = self.episode_length_buf >= self.max_episode_length
-        self.position[done] = torch.rand(int(done.sum()), 1)
-        self.episode_length_buf[done] = 0
-        return self.get_observations(), -self.position[:, 0].abs(), done.long(), {"time_outs": done, "log": {}}
-
-
-def agent_cfg():
-    policy = RslRlPpoActorCriticCfg(
-        init_noise_std=1.0,
-        actor_obs_normalization=True,
-        critic_obs_normalization=True,
-        actor_hidden_dims=[16, 8],
-        critic_hidden_dims=[16, 8],
-        activation="elu",
-    )
-    algorithm = RslRlPpoAlgorithmCfg(
-        value_loss_coef=1.0,
-        use_clipped_value_loss=True,
-        clip_param=0.2,
-        entropy_coef=0.006,
-        num_learning_epochs=2,
-        num_mini_batches=2,
-        learning_rate=1e-3,
-        schedule="adaptive",
-        gamma=0.99,
-        lam=0.95,
-        desired_kl=0.01,
-        max_grad_norm=1.0,
-    )
-    settings = {"num_steps_per_env": 8, "max_iterations": 4, "save_interval": 2, "experiment_name": "test"}
-    return RslRlOnPolicyRunnerCfg(policy=policy, algorithm=algorithm, num_threads=1, **settings)
 
 
 # -- what a process does
@@ -85,9 +32,9 @@ def agent_cfg():
 
 def train(place, folder, on_step=None):
     torch.manual_seed(5 + place.rank)
-    env = PointEnv(on_step)
+    env = PointEnv(on_step=on_step)
     first = env.position.clone()
-    runner = LiftLabRunner(env, to_rsl_rl(agent_cfg()), folder / "run", place=place)
+    runner = LiftLabRunner(env, to_rsl_rl(AgentCfg(num_threads=1)), folder / "run", place=place)
     finished = runner.learn(4, init_at_random_ep_len=True)
     content = {
         "model": runner.alg.save(),

@@ -147,6 +147,8 @@ def test_tasks_are_listed(script):
         ("rsl_rl/train.py", [*SMALL, "--device", "cuda:77"], "'cuda:77' is not available"),
         ("rsl_rl/train.py", [*SMALL, "--agent", "rsl_cfg"], "has no 'rsl_cfg'; choose one of"),
         ("rsl_rl/train.py", [*SMALL, "--checkpoint", "x.pt"], "add --resume"),
+        ("rsl_rl/train.py", [*SMALL, "--logger", "neptune"], "neptune's service ended"),
+        ("rsl_rl/train.py", [*SMALL, "--log_project_name", "a"], "--log_project_name needs --logger wandb"),
         ("rsl_rl/train.py", [*SMALL, "--experiment_name", "none", "--resume"], "train first"),
         ("rsl_rl/train.py", [*SMALL, "--resume", "--load_run", ".*whole", "--max_iterations", "4"], "finished 4 of 4"),
         ("rsl_rl/play.py", [*SMALL, "--checkpoint", "logs/nothing/model_1.pt"], "'logs' has no 'nothing'"),

@@ -90,6 +90,46 @@ def test_a_checkpoint_of_another_task_is_refused_in_one_line(script, tmp_path):
     assert err.count("\n") == 1
 
 
+def test_a_policy_of_another_observation_size_is_refused_in_one_line_by_every_script(script, tmp_path):
+    small = ["--device", "cpu", "--num_threads", 1, "--num_envs", 4]
+    status, _, _ = script("rsl_rl/train.py", "--task", "Cartpole", *small, "--max_iterations", 1)
+    assert status == 0
+    wider = [*small, "env.observations.policy.joint_pos_rel.history_length=2"]
+    for name, more in (
+        ("rsl_rl/play.py", []),
+        ("rsl_rl/evaluate.py", ["--episodes", 1]),
+        ("rsl_rl/train.py", ["--resume", "--max_iterations", 2]),
+    ):
+        status, _, err = script(name, "--task", "Cartpole", *wider, *more)
+        assert status == 2, name
+        assert err.startswith("error: checkpoint '"), name
+        assert "does not fit this task's networks: " in err
+        assert err.count("\n") == 1, name
+
+
+@pytest.mark.parametrize("name", ["play.py", "train.py"])
+def test_without_an_opengl_library_one_line_says_so_and_the_rest_is_done(script, tmp_path, monkeypatch, name):
+    pytest.importorskip("av")
+    small = ["--task", "Cartpole", "--device", "cpu", "--num_threads", 1, "--num_envs", 4]
+    if name == "play.py":
+        script("rsl_rl/train.py", *small, "--max_iterations", 1)
+    # the process that draws has only the library of windows, and no display
+    monkeypatch.setenv("MUJOCO_GL", "glfw")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    more = ["--steps", 2] if name == "play.py" else ["--max_iterations", 1, "--video_length", 2]
+    status, out, err = script(f"rsl_rl/{name}", *small, "--video", *more)
+    (line,) = [line for line in (out + err).splitlines() if line.startswith("warning: ")]
+    assert "libegl1 libgl1-mesa-dri libopengl0" in line
+    if name == "play.py":
+        assert status == 1  # what was asked for is missing
+        assert "2 steps of 4 environments" in out
+    else:
+        assert status == 0
+        assert "finished after 1 iterations" in out
+    assert not list(tmp_path.rglob("*.mp4"))
+
+
 def test_training_loads_nothing_of_the_viewer():
     packages = SCRIPTS.parent / "source"
     files = [SCRIPTS / "rsl_rl" / "train.py", *(packages / "lift_lab_rl" / "rsl_rl").glob("*.py")]

@@ -29,9 +29,46 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
     return parser
 
 
+def training_parser(description: str | None, library: str) -> Parser:
+    """A parser with the flags of the script that trains with a library whose configuration is a dictionary.
+
+    Args:
+        description: the script's docstring.
+        library: its short name: ``sb3``, ``skrl``.
+    """
+    parser = _library_parser(description, library)
+    parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts")
+    parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
+    parser.add_argument("--checkpoint", type=str, default=None, help="model to start from: path")
+    add_training_video_args(parser)
+    return parser
+
+
+def playing_parser(description: str | None, library: str, model: str, numbered: str) -> Parser:
+    """A parser with the flags of the script that plays what :func:`training_parser`'s trained.
+
+    Args:
+        description: the script's docstring.
+        library: its short name.
+        model: name of the file that is played unless told otherwise, for the help text.
+        numbered: name of the files that were saved on the way, for the help text.
+    """
+    parser = _library_parser(description, library)
+    parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
+    parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run (default: newest)")
+    parser.add_argument("--use_last_checkpoint", action="store_true", help=f"the last {numbered}, not {model}")
+    parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
+    parser.add_argument("--video", action="store_true", help="write an mp4 of all steps")
+    return parser
+
+
+def _library_parser(description: str | None, library: str) -> Parser:
+    return task_parser(description, f"{library}_cfg_entry_point", f"logs/{library} (default: the task's id)")
+
+
 def add_training_video_args(parser: argparse.ArgumentParser) -> None:
     """Add the flags that film a training."""
-    parser.add_argument("--video", action="store_true", help="record videos while training")
+    parser.add_argument("--video", action="store_true", help="make videos while training, in a process of their own")
     parser.add_argument("--video_length", type=positive, default=200, help="steps in a video")
     parser.add_argument("--video_interval", type=positive, default=2000, help="steps between the starts of two videos")
 

@@ -8,9 +8,34 @@ closely while the policy still changes fast.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import torch
+
+from lift_lab.utils.errors import ConfigError
+
+AVERAGE = "actor_average_state_dict"
+"""Entry of a checkpoint that holds the averaged policy."""
+
+LAST = "actor_state_dict"
+"""Entry of a checkpoint that holds the policy of the last update."""
+
+
+def acting_policy(content: dict[str, Any], path: str | Path) -> dict[str, torch.Tensor]:
+    """The policy of a checkpoint to act with: the averaged one where it holds one, else the last.
+
+    Args:
+        content: what the checkpoint holds.
+        path: its file, for the message.
+
+    Raises:
+        ConfigError: it holds neither.
+    """
+    for name in (AVERAGE, LAST):
+        if name in content:
+            return content[name]
+    raise ConfigError(f"'{path}' holds no policy: it has neither '{AVERAGE}' nor '{LAST}'")
 
 
 class PolicyAverage:

@@ -19,7 +19,8 @@ from lift_lab.utils.io import load_yaml
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
 
 from .exporter import export_policy_as_onnx
-from .runner import AVERAGE, LiftLabRunner
+from .policy_average import AVERAGE, LAST, acting_policy
+from .runner import LiftLabRunner
 
 MAX_BYTES = 300_000
 """Most that a shipped file may take: the repository holds them."""
@@ -48,15 +49,16 @@ def write_pretrained(
 
     Raises:
         FileError: the checkpoint cannot be read.
-        ConfigError: it does not fit the task, the results are of something else, or a file grows too large.
+        ConfigError: it holds no policy or does not fit the task, the results are of something else, or a file grows
+            too large.
         ExportError: the ONNX file does not act as the policy does.
     """
     checkpoint, folder = Path(checkpoint), Path(folder)
     content = load_torch(checkpoint)
+    actor = acting_policy(content, checkpoint)
     card = _card(checkpoint, content, task, results)
-    actor = content.get(AVERAGE, content["actor_state_dict"])
     counters = (content.get("infos") or {}).get("env_state", {})
-    small = {"iter": content["iter"], "actor_state_dict": actor, "infos": {"env_state": counters}}
+    small = {"iter": content["iter"], LAST: actor, "infos": {"env_state": counters}}
     with tempfile.TemporaryDirectory() as temporary:
         path = Path(temporary) / "policy.pt"
         save_torch(path, canonical(small))

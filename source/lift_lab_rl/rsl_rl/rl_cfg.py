@@ -106,6 +106,12 @@ class RslRlPpoAlgorithmCfg:
     anneal_iterations: tuple[int, int] = (0, 0)
     """Iterations between which both go to their final values, linearly (ours)."""
 
+    mean_reg_coef: float = 0.0
+    """Weight in the loss of the squared length of the mean action (ours; SAC of rlkit: ``policy_mean_reg_weight``).
+
+    Where an action has no effect, as beyond a joint's limit, nothing else brings the policy back.
+    """
+
     max_grad_norm: float = MISSING
     """Largest norm of the gradients of actor and of critic."""
 
@@ -185,10 +191,10 @@ class RslRlBaseRunnerCfg:
     """Appended to the run's folder name."""
 
     logger: Literal["tensorboard", "neptune", "wandb"] = "tensorboard"
-    """Where curves go. ``neptune`` and ``wandb`` need their packages."""
+    """Where curves go. ``wandb`` needs its package; ``neptune`` is refused, its service has ended."""
 
     neptune_project: str = "lift_lab"
-    """Project name for neptune."""
+    """Kept for Isaac Lab's configurations."""
 
     wandb_project: str = "lift_lab"
     """Project name for Weights and Biases."""

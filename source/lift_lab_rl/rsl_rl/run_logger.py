@@ -110,9 +110,8 @@ class RunLogger(Logger):
             if isinstance(self.writer, LogWriter):
                 for video in sorted(Path(str(self.log_dir)).glob("videos/*/[!.]*.mp4")):
                     self.writer.save_video(video, report.iteration)
-            else:
-                # A kill loses the running iteration at most.
-                self.writer.flush()  # type: ignore[union-attr]
+            # A kill loses the running iteration at most.
+            self.writer.flush()  # type: ignore[union-attr]
         self.ep_extras.clear()
         self._step = 0
 

@@ -9,13 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-import signal
-import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import torch
@@ -28,21 +24,15 @@ from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
+from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
-from .policy_average import PolicyAverage
+from .best_policy import BEST, BestPolicy
+from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
+from .run_files import checkpoint_iteration, remove_old_states, state_name
 from .run_logger import RunLogger
-
-AVERAGE = "actor_average_state_dict"
-"""Entry of a checkpoint that holds the averaged policy."""
-
-REPEATED_S = 3.0
-"""With several processes: a second signal within this time, in s, is the first one again."""
-
-BEST_EVERY = 10
-"""Iterations between looks at whether the policy is the best so far."""
 
 
 class LiftLabRunner(OnPolicyRunner):
@@ -102,11 +92,7 @@ class LiftLabRunner(OnPolicyRunner):
         )
         self.current_learning_iteration = 0
         self.continues_exactly = False
-        self._best: tuple[float, float] | None = None
-        self._smoothed: dict[str, float] = {}
-        self._stop: int | None = None  # signal on which all processes end after this iteration
-        self._signal: int | None = None  # signal that came to this process
-        self._signal_at = 0.0
+        self._best = BestPolicy(self.cfg.get("success_metric"))
 
     def _configure_multi_gpu(self) -> None:
         """Tell rsl_rl of the other processes."""
@@ -159,16 +145,15 @@ class LiftLabRunner(OnPolicyRunner):
             raise ConfigError(f"agent.logger: {error}") from error
         total = self.current_learning_iteration + num_learning_iterations
         shown = progress if progress is not None else contextlib.nullcontext()
-        with self._signals(progress), shown:
-            while self.current_learning_iteration < total and self._stop is None:
+        signals, stops = StopSignals(self.place), False
+        with signals.caught(progress.note if progress is not None else None), shown:
+            while self.current_learning_iteration < total and not stops:
                 obs = self._iterate(obs, total, progress)
-                self._stop = distributed.stop_number(self._signal)
-                if self._stop is not None and self._signal is None:
-                    self._signal, self._signal_at = self._stop, time.monotonic()
+                stops = signals.agree()
                 done = self.current_learning_iteration
                 if on_iteration is not None:
                     on_iteration(done)
-                if done % self.cfg["save_interval"] == 0 or done == total or self._stop is not None:
+                if done % self.cfg["save_interval"] == 0 or done == total or stops:
                     self._save_checkpoint()
         if self.logger.writer is not None:
             self.logger.stop_logging_writer()
@@ -211,7 +196,7 @@ class LiftLabRunner(OnPolicyRunner):
             entropy_coef=self.alg.entropy_coef,
         )
         self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
-        self._track(report)
+        self._keep_best(report)
         if progress is not None:
             progress.show(report)
         return obs
@@ -257,60 +242,12 @@ class LiftLabRunner(OnPolicyRunner):
         if torch.isnan(storage.rewards).any():
             raise LiftLabError(f"rewards contain NaN (iteration {self.current_learning_iteration})")
 
-    @contextlib.contextmanager
-    def _signals(self, progress: Progress | None) -> Iterator[None]:
-        """Turn the first Ctrl-C or SIGTERM into a clean end after the running iteration."""
-        self._stop = self._signal = None
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-
-        def stop(number: int, _: FrameType | None) -> None:
-            if self._signal is not None:
-                # torchrun passes a signal on that the terminal has sent to every process already
-                if self.place.is_distributed and time.monotonic() < self._signal_at + REPEATED_S:
-                    return
-                raise KeyboardInterrupt
-            self._signal, self._signal_at = number, time.monotonic()
-            if not self.place.is_main:
-                return
-            text = f"{signal.Signals(number).name}: finishing this iteration, then saving (again to end at once)"
-            if progress is not None:
-                progress.note(text)
-            else:
-                print(text, file=sys.stderr)
-
-        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-        try:
-            yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
-
-    # -- the best policy so far
-
-    def _track(self, report: IterationReport) -> None:
-        """Smooth success and reward; keep ``model_best.pt``."""
-        report.success = self._success(report.terms)
-        for name, value in (("success", report.success), ("reward", report.mean_reward)):
-            if value is not None:
-                before = self._smoothed.get(name, value)
-                self._smoothed[name] = 0.8 * before + 0.2 * value
-        if "reward" not in self._smoothed or report.iteration % BEST_EVERY or self.log_dir is None:
-            return
-        if not self.place.is_main:
-            return
-        # Success in steps of a hundredth: below that, reward decides.
-        rank = (round(self._smoothed.get("success", 0.0), 2), self._smoothed["reward"])
-        if self._best is None or rank > self._best:
-            self._best = rank
-            self.save(str(self.log_dir / "model_best.pt"))
-
-    def _success(self, terms: dict[str, float]) -> float | None:
-        wanted = self.cfg.get("success_metric")
-        if wanted is not None:
-            return terms.get(wanted)
-        return next((value for key, value in terms.items() if key.rpartition("/")[2].startswith("success")), None)
+    def _keep_best(self, report: IterationReport) -> None:
+        """Find the report's success; write ``model_best.pt`` if there never was a better policy."""
+        report.success = self._best.success(report.terms)
+        self._best.smooth(report)
+        if self.log_dir is not None and self.place.is_main and self._best.is_new(report.iteration):
+            self.save(str(self.log_dir / BEST))
 
     # -- checkpoints
 
@@ -319,19 +256,13 @@ class LiftLabRunner(OnPolicyRunner):
             return
         done = self.current_learning_iteration
         # The state first: a model without its state is still a checkpoint, a state without its model is litter.
-        save_torch(self.log_dir / self._state_name(done), self.resume_state())
+        save_torch(self.log_dir / state_name(self.place, done), self.resume_state())
         distributed.check_equal(self._shared_tensors(), "the policy")
         if self.place.is_main:
             path = self.log_dir / f"model_{done}.pt"
             self.save(str(path))
             self.logger.save_model(str(path), done)
-        states = sorted(self.log_dir.glob(self._state_name("*")), key=_number_of)
-        for old in states[: -max(1, self.cfg.get("keep_resume_states", 3))]:
-            old.unlink()
-
-    def _state_name(self, iteration: int | str) -> str:
-        """File name of this process's state."""
-        return f"resume_state_{iteration}.pt" if self.place.is_main else f"rank{self.place.rank}_state_{iteration}.pt"
+        remove_old_states(self.log_dir, self.place, keep=max(1, self.cfg.get("keep_resume_states", 3)))
 
     def save(self, path: str, infos: dict | None = None) -> None:
         """Write networks, optimiser and counters, atomically.
@@ -358,8 +289,7 @@ class LiftLabRunner(OnPolicyRunner):
             "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
             "logger": self.logger.state_dict(),
             "rng": rng_state(),
-            "best": list(self._best) if self._best is not None else None,
-            "smoothed": dict(self._smoothed),
+            **self._best.state_dict(),
         }
 
     def load(
@@ -385,7 +315,7 @@ class LiftLabRunner(OnPolicyRunner):
         if with_iteration:
             self.current_learning_iteration = content["iter"]
         if self.average is not None:
-            self.average.load_state_dict(content.get(AVERAGE, content["actor_state_dict"]))
+            self.average.load_state_dict(acting_policy(content, path))
         return self._load_infos(content)
 
     def load_policy(self, path: str) -> dict:
@@ -399,10 +329,10 @@ class LiftLabRunner(OnPolicyRunner):
 
         Raises:
             FileError: there is no such file, or it cannot be read.
-            ConfigError: the file is of other networks.
+            ConfigError: the file holds no policy, or is of other networks.
         """
         content = load_torch(path, map_location=self.device)
-        content["actor_state_dict"] = content.get(AVERAGE, content.get("actor_state_dict"))
+        content[LAST] = acting_policy(content, path)
         parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
         self._load_networks(path, content, parts, strict=True)
         return self._load_infos(content)
@@ -429,7 +359,7 @@ class LiftLabRunner(OnPolicyRunner):
         Returns:
             What was done, in words for the user.
         """
-        path = Path(checkpoint).with_name(self._state_name(self.current_learning_iteration))
+        path = Path(checkpoint).with_name(state_name(self.place, self.current_learning_iteration))
         if not path.is_file():
             return f"no {path.name} beside the checkpoint: starting fresh episodes"
         state = load_torch(path, map_location="cpu")
@@ -446,30 +376,15 @@ class LiftLabRunner(OnPolicyRunner):
         if restore is not None:
             restore({key: value.to(self.env.device) for key, value in state["obs"].items()})
         self.logger.load_state_dict(state["logger"])
-        self._best = None if state["best"] is None else tuple(state["best"])
-        self._smoothed = dict(state["smoothed"])
-        self._adopt_best(Path(checkpoint).with_name("model_best.pt"))
+        self._best.load_state_dict(state)
+        self._adopt_best(Path(checkpoint).with_name(BEST))
         load_rng_state(state["rng"])
         self.continues_exactly = True
         return f"continuing the episodes of iteration {self.current_learning_iteration}"
 
     def _adopt_best(self, path: Path) -> None:
         """Copy the best policy of the run that is continued, if it had it by now."""
-        if self._best is None or self.log_dir is None or not self.place.is_main or not path.is_file():
+        if self._best.rank is None or self.log_dir is None or not self.place.is_main or not path.is_file():
             return
         if checkpoint_iteration(path) <= self.current_learning_iteration:
             write_atomically(self.log_dir / path.name, path.read_bytes())
-
-
-def _number_of(path: Path) -> int:
-    digits = path.stem.rpartition("_")[2]
-    return int(digits) if digits.isdigit() else -1
-
-
-def checkpoint_iteration(path: str | Path) -> int:
-    """Iterations that the checkpoint at ``path`` had finished.
-
-    Raises:
-        FileError: there is no such file, or it cannot be read.
-    """
-    return int(load_torch(path)["iter"])

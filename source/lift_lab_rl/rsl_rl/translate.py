@@ -14,9 +14,10 @@ import torch
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
+from .wandb_writer import require_logger
 
 PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
-_LOG_WRITERS = {"wandb": ("WandbLogWriter", "wandb_project"), "neptune": ("NeptuneLogWriter", "neptune_project")}
+WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
 
 
 def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",)) -> dict[str, Any]:
@@ -118,15 +119,15 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
 def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:
     if algorithm["class_name"] == "PPO":
         return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
+    if algorithm.pop("mean_reg_coef", 0.0):
+        raise ConfigError(f"agent.algorithm.mean_reg_coef: {algorithm['class_name']} does not know it; set it to 0")
     return algorithm
 
 
 def _logger(cfg: RslRlOnPolicyRunnerCfg) -> str | dict[str, Any]:
     if cfg.logger == "tensorboard":
         return "tensorboard"
-    if cfg.logger not in _LOG_WRITERS:
-        raise ConfigError(
-            f"agent.logger: no logger '{cfg.logger}'; {suggest(cfg.logger, ['tensorboard', *_LOG_WRITERS])}"
-        )
-    class_name, project = _LOG_WRITERS[cfg.logger]
-    return {"class_name": class_name, "project_name": getattr(cfg, project)}
+    if cfg.logger == "wandb":
+        return {"class_name": WANDB_WRITER, "project_name": cfg.wandb_project}
+    require_logger(cfg.logger)
+    raise ConfigError(f"agent.logger: no logger '{cfg.logger}'; {suggest(cfg.logger, ['tensorboard', 'wandb'])}")

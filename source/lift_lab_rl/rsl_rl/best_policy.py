@@ -1,0 +1,68 @@
+"""The best policy of a training so far: which it is, by success first and reward second, both smoothed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .progress import IterationReport
+
+BEST = "model_best.pt"
+"""File of the best policy."""
+
+BEST_EVERY = 10
+"""Iterations between looks at whether the policy is the best so far."""
+
+
+class BestPolicy:
+    """Ranks the policies of a training.
+
+    Attributes:
+        rank: smoothed success and reward of the best policy; None before the first look.
+    """
+
+    def __init__(self, success_metric: str | None = None):
+        """Know no policy yet.
+
+        Args:
+            success_metric: log key of success; None takes the first whose last part starts with "success".
+        """
+        self.rank: tuple[float, float] | None = None
+        self._metric = success_metric
+        self._smoothed: dict[str, float] = {}
+
+    def success(self, terms: dict[str, float]) -> float | None:
+        """The success rate among an iteration's logs."""
+        if self._metric is not None:
+            return terms.get(self._metric)
+        return next((value for key, value in terms.items() if key.rpartition("/")[2].startswith("success")), None)
+
+    def smooth(self, report: IterationReport) -> None:
+        """Take an iteration in."""
+        for name, value in (("success", report.success), ("reward", report.mean_reward)):
+            if value is not None:
+                before = self._smoothed.get(name, value)
+                self._smoothed[name] = 0.8 * before + 0.2 * value
+
+    def is_new(self, iteration: int) -> bool:
+        """Whether the policy is the best so far; if so, it is the one to beat from now on.
+
+        Args:
+            iteration: iterations finished; there is a look at every :data:`BEST_EVERY` of them.
+        """
+        if "reward" not in self._smoothed or iteration % BEST_EVERY:
+            return False
+        # Success in steps of a hundredth: below that, reward decides.
+        rank = (round(self._smoothed.get("success", 0.0), 2), self._smoothed["reward"])
+        if self.rank is not None and rank <= self.rank:
+            return False
+        self.rank = rank
+        return True
+
+    def state_dict(self) -> dict[str, Any]:
+        """What :meth:`is_new` depends on, as plain values."""
+        return {"best": None if self.rank is None else list(self.rank), "smoothed": dict(self._smoothed)}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on from a state that holds the entries of :meth:`state_dict`."""
+        self.rank = None if state["best"] is None else tuple(state["best"])
+        self._smoothed = dict(state["smoothed"])

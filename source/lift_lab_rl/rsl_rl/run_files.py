@@ -1,0 +1,34 @@
+"""The files that a run is continued from: ``model_N.pt`` after N iterations, and each process's state beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lift_lab_rl.distributed import Place
+from lift_lab_rl.files import load_torch
+
+
+def state_name(place: Place, iteration: int | str) -> str:
+    """File name of a process's state after an iteration."""
+    return f"resume_state_{iteration}.pt" if place.is_main else f"rank{place.rank}_state_{iteration}.pt"
+
+
+def remove_old_states(folder: Path, place: Place, keep: int) -> None:
+    """Remove all but the newest ``keep`` states of a process."""
+    states = sorted(folder.glob(state_name(place, "*")), key=_number_of)
+    for old in states[:-keep]:
+        old.unlink()
+
+
+def checkpoint_iteration(path: str | Path) -> int:
+    """Iterations that the checkpoint at ``path`` had finished.
+
+    Raises:
+        FileError: there is no such file, or it cannot be read.
+    """
+    return int(load_torch(path)["iter"])
+
+
+def _number_of(path: Path) -> int:
+    digits = path.stem.rpartition("_")[2]
+    return int(digits) if digits.isdigit() else -1

@@ -1,0 +1,80 @@
+"""What the training and playing scripts of all learning libraries do alike: films, a run's files, closing lines."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+
+from lift_lab.utils.io import dump_yaml
+
+from .video import RecordVideo
+
+
+def film_training(env: gym.Env, args: argparse.Namespace, run_dir: Path, say: Callable[[str], None] = print) -> gym.Env:
+    """The environment, with videos of it in ``videos/train`` where the flags ask for them.
+
+    Args:
+        env: a manager-based environment.
+        args: flags of :func:`~lift_lab.app.arguments.add_training_video_args`.
+        run_dir: folder of the run.
+        say: shows a line to the user.
+    """
+    if not args.video:
+        return env
+    folder = run_dir / "videos" / "train"
+    length = min(args.video_length, args.video_interval)
+    return RecordVideo(env, lambda step: folder / f"step_{step}.mp4", args.video_interval, length, say=say)
+
+
+def film_playing(env: gym.Env, file: Path, length: int) -> RecordVideo:
+    """The environment, with one video of its first steps.
+
+    Args:
+        env: a manager-based environment.
+        file: the video.
+        length: steps in it.
+    """
+    return RecordVideo(env, lambda _: file, interval=1 << 60, length=length, background=False)
+
+
+def write_configurations(run_dir: Path, task: str, env_cfg: Any, agent_cfg: Any, overrides: Sequence[str]) -> None:
+    """Write what a run is made of to its folder ``params``, which is made if need be."""
+    dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
+    dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+    dump_yaml(run_dir / "params" / "run.yaml", {"task": task, "overrides": list(overrides)})
+
+
+def until_interrupted(train: Callable[[], Any]) -> str:
+    """Train until it is done or Ctrl-C ends it; returns which of them, in words for the user."""
+    try:
+        train()
+    except KeyboardInterrupt:
+        return "ended early"
+    return "finished"
+
+
+def print_played(env: gym.Env, steps: int, episodes: int, reward: float) -> None:
+    """Say what was played.
+
+    Args:
+        env: the environment.
+        steps: environment steps.
+        episodes: episodes that ended.
+        reward: sum over the steps of the environments' mean reward.
+    """
+    inner: Any = env.unwrapped
+    print(f"{steps} steps of {inner.num_envs} environments, {episodes} episodes ended")
+    print(f"mean reward: {reward / (steps * inner.step_dt):.3f} per second")
+
+
+def print_videos(env: gym.Env) -> int:
+    """Name the videos of an environment that is closed, if it was filmed; returns 1 if one is missing, else 0."""
+    if not isinstance(env, RecordVideo):
+        return 0
+    for path in env.files:
+        print(f"video: {path}")
+    return 0 if env.problem is None else 1
