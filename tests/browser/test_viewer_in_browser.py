@@ -23,7 +23,7 @@ ARTEFACTS = Path(os.environ.get("LIFT_LAB_ARTEFACTS", ROOT / "build" / "browser"
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 PLAY = [sys.executable, ROOT / "scripts" / "rsl_rl" / "play.py", "--task", "Lift-Cube-Franka-CL-Play"]
 SCRIPTED = ["--agent", "random", "--device", "cpu", "--num_threads", "1"]
-SIZE = {"width": 800, "height": 480}
+SIZE = {"width": 720, "height": 360}
 PATIENCE_S = float(os.environ.get("LIFT_LAB_BROWSER_PATIENCE", 90))
 """A software renderer on a busy machine takes its time."""
 HEADLESS = {

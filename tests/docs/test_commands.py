@@ -17,7 +17,9 @@ PAGES = [
     "README.md",
     "docs/index.md",
     *(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")),
+    "docs/viewing.md",
 ]
+"""Pages whose commands are run."""
 
 HERE = ["--device", "cpu", "--num_threads", "1"]
 SMALLER = {
@@ -29,20 +31,29 @@ SMALLER = {
     "play.py --video": [*HERE, "--num_envs", "1", "--steps", "2", "env.viewer.resolution=[64,48]"],
     "play.py": [*HERE, "--num_envs", "1", "--steps", "2"],
     "list_envs.py": [],
+    "viewer_rate.py": ["--num_envs", "1", "--updates", "2"],
+    "video_cost.py": ["--num_envs", "2", "--steps", "2", "--length", "1", "--interval", "2"],
 }
 """Script, with the flag that changes what it does -> what is added to make it small. A later flag wins."""
 ELSEWHERE = {
     'pip install -e ".[dev]"': "how the tests' own environment is made",
     "python -m pytest": "this",
+    "pip install -e '.[viewer]'": "part of the tests' own environment",
+    "pip install -e '.[video]'": "part of the tests' own environment",
+    "pip install -e '.[wandb]'": "tests/lift_lab_rl/test_wandb_curves.py",
+    "python scripts/rsl_rl/train.py --task Lift-Cube-Franka --video": "tests/scripts/test_video_while_training.py",
+    "python scripts/rsl_rl/train.py --task Lift-Cube-Franka --logger wandb": "tests/lift_lab_rl/test_wandb_curves.py",
+    "python -m pytest tests/browser": "a part of this",
 }
 """Commands that are not run here, and why."""
 
 
 def commands(page: str) -> list[str]:
-    """Commands of a page: indented blocks of README, blocks marked as bash elsewhere."""
+    """Commands of a page: indented blocks, or blocks marked as bash where a page has those."""
     text = (ROOT / page).read_text().replace("\\\n", " ")
-    if page == "README.md":
-        lines = [line for line in text.splitlines() if line.startswith("    ")]
+    if "```bash" not in text:
+        starts = ("    python ", "    pip ", "    tensorboard ")
+        lines = [line for line in text.splitlines() if line.startswith(starts)]
     else:
         lines = "".join(re.findall(r"^```bash\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)).splitlines()
     return [" ".join(re.sub(r"\s#\s.*$", "", line).split()) for line in lines if line.strip()]
@@ -89,7 +100,7 @@ def run_script(place, monkeypatch, capsys):
 
 def trained(run_script, task: str, place: Path) -> None:
     """Make sure that there is a run of a task to play."""
-    if task.startswith("Lift-Cube-Franka-CL") and not list(place.glob("logs/rsl_rl/*/*/model_1.pt")):
+    if task.startswith("Lift-Cube-Franka") and not list(place.glob("logs/rsl_rl/*/*/model_1.pt")):
         status, printed = run_script("scripts/rsl_rl/train.py", "--task", "Lift-Cube-Franka-CL", *SMALLER["train.py"])
         assert status == 0, printed
 
@@ -138,7 +149,36 @@ def test_overrides_on_the_page_of_backends_are_understood():
         assert cfg.sim.physics == ("warp" if "env.sim.physics=warp" in words else None)
 
 
+OTHERS = sorted(
+    str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md") if str(path.relative_to(ROOT)) not in PAGES
+)
+"""Pages whose commands take too long to be run: that scripts, flags, tasks and overrides exist is looked at."""
+
+
+def mentions(page: str) -> list[tuple[str, str]]:
+    """Scripts that a page tells to run, in a block or in a line of text, each with its arguments."""
+    text = (ROOT / page).read_text().replace("\\\n", " ")
+    return [(m[1], m[2]) for m in re.finditer(r"(scripts/[\w/]+\.py)((?: +[^\s`#|)]+)*)", text)]
+
+
+@pytest.mark.parametrize("script", sorted({script for page in OTHERS for script, _ in mentions(page)}))
+def test_flags_tasks_and_overrides_of_the_other_pages_are_those_of_the_script(script, run_script):
+    used = [args for page in OTHERS for name, args in mentions(page) if name == script]
+    assert (ROOT / script).is_file()
+    flags = {flag for args in used for flag in re.findall(r"(?<!\S)\[?(--[a-z]\w+)", args)}
+    if flags:
+        status, printed = run_script(script, "--help")
+        assert status == 0
+        assert flags - set(re.findall(r"--\w+", printed)) == set()
+    for args in used:
+        task = re.search(r"--task ([A-Z]\w*[a-z][\w-]*)", args)
+        overrides = re.findall(r"(?<!\S)'?((?:env|agent)[.\w]*[./]\w+=[^\s,']+)'?(?!\S)", args)
+        if task:
+            compose(task[1], "rsl_rl_cfg_entry_point", [text for text in overrides if "range(" not in text])
+
+
 def test_every_page_shows_commands_and_each_is_run_or_accounted_for():
     assert {page for page, _ in ALL} == set(PAGES)
     assert set(ELSEWHERE) <= set(FIRST) | {"python -m pytest"}
+    assert {script for page in OTHERS for script, _ in mentions(page)} > {"scripts/tools/usd_info.py"}
     assert len(FIRST) > 12

@@ -119,8 +119,11 @@ def _scene(env: Any) -> Table:
         entity = env.scene[name]
         spawn = getattr(getattr(entity, "cfg", entity), "spawn", None)
         file = str(getattr(spawn, "usd_path", "") or "").rsplit("/", 1)[-1]
-        parts = [f"{getattr(entity, key)} {word}" for key, word in (("num_joints", "joints"), ("num_bodies", "bodies"))
-                 if isinstance(getattr(entity, key, None), int)]  # fmt: skip
+        parts = [
+            f"{count} {word if count == 1 else words}"
+            for key, word, words in (("num_joints", "joint", "joints"), ("num_bodies", "body", "bodies"))
+            if isinstance(count := getattr(entity, key, None), int)
+        ]
         rows.append((name, type(entity).__name__, file or "-", ", ".join(parts) or "-"))
     return _table("Scene", ("name", "kind", "file", "size"), rows)
 
