@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import signal
 from pathlib import Path
 
 SCRIPTED = ("zero", "random")
@@ -88,8 +89,11 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
             return 0
         session = ViewerSession(env, policy, server, args.task)
         print(f"viewer: http://127.0.0.1:{server.get_port()} (Ctrl-C ends it)", flush=True)
-        with contextlib.suppress(KeyboardInterrupt):
+        before = signal.signal(signal.SIGINT, session.stop)
+        try:
             session.run(args.steps)
+        finally:
+            signal.signal(signal.SIGINT, before)
         print(f"{session.steps} steps of {env.num_envs} environments")
     finally:
         env.close()

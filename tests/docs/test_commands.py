@@ -28,13 +28,14 @@ SMALLER = {
     "benchmark.py": [*HERE, "--num_envs", "4", "--steps", "2"],
     "play.py --viewer": [*HERE, "--num_envs", "2", "--steps", "2", "--port", "0"],
     "play.py --replay": [*HERE, "--num_envs", "1", "--steps", "2"],
+    "play.py --video --video_envs": [*HERE, "--num_envs", "9", "--steps", "2", "env.viewer.resolution=[64,48]"],
     "play.py --video": [*HERE, "--num_envs", "1", "--steps", "2", "env.viewer.resolution=[64,48]"],
     "play.py": [*HERE, "--num_envs", "1", "--steps", "2"],
     "list_envs.py": [],
     "viewer_rate.py": ["--num_envs", "1", "--updates", "2"],
     "video_cost.py": ["--num_envs", "2", "--steps", "2", "--length", "1", "--interval", "2"],
 }
-"""Script, with the flag that changes what it does -> what is added to make it small. A later flag wins."""
+"""Script, with the flags that change what it does -> what is added to make it small. A later flag wins."""
 ELSEWHERE = {
     'pip install -e ".[dev]"': "how the tests' own environment is made",
     "python -m pytest": "this",

@@ -3,6 +3,7 @@
 import base64
 import re
 import shutil
+import signal
 
 import gymnasium as gym
 import msgspec
@@ -80,6 +81,18 @@ def test_one_step_at_a_time(env, session):
     session.run(1)
     assert session.steps == 1
     assert session._paused
+
+
+def test_ctrl_c_ends_it_after_the_running_step_and_a_second_one_at_once(env, session):
+    handler = signal.signal(signal.SIGINT, session.stop)
+    try:
+        signal.raise_signal(signal.SIGINT)
+        session.run(5)
+        assert session.steps == 0
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 def test_episodes_that_end_are_counted(env, session):

@@ -49,6 +49,7 @@ class ViewerSession:
         self._markers = MarkerLayer(server, self._inner.sim)
         self._panel = Panel(server, self._post, env.num_envs, self._goals, self._policy.choices())
         self._paused, self._single, self._speed, self._follow_newest = False, False, 1.0, False
+        self._stopping = False
         self._env_id = 0
         self._problem: str | None = None
         self.steps = 0
@@ -67,7 +68,7 @@ class ViewerSession:
         self._asked.put((name, values))
 
     def run(self, max_steps: int | None = None) -> None:
-        """Step and draw until Ctrl-C.
+        """Step and draw until :meth:`stop` is called, as from the handler of a signal.
 
         Args:
             max_steps: end after as many environment steps; None for never.
@@ -78,7 +79,7 @@ class ViewerSession:
             due = drawn = time.perf_counter()
             figures = checkpoints = -1e9
             pending = False
-            while max_steps is None or self.steps < max_steps:
+            while not self._stopping and (max_steps is None or self.steps < max_steps):
                 now = time.perf_counter()
                 if self._answer():
                     obs, pending = self._env.get_observations(), True
@@ -98,6 +99,16 @@ class ViewerSession:
                 self._wait(min(due, drawn + 1.0 / MAX_DRAWS_PER_S) if pending else due)
             if pending:
                 self._draw()
+
+    def stop(self, *_: Any) -> None:
+        """End :meth:`run` after the running step.
+
+        Raises:
+            KeyboardInterrupt: it was called before.
+        """
+        if self._stopping:
+            raise KeyboardInterrupt
+        self._stopping = True
 
     def _wait(self, due: float) -> None:
         """Sleep until there is something to do, but not for long: the page wants answers."""

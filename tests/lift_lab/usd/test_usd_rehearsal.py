@@ -218,7 +218,7 @@ def test_the_process_leaves_when_idle_and_nothing_of_it_stays(reader, tmp_path):
     while reader.pid is not None and time.monotonic() < end:
         time.sleep(0.01)
     assert reader.pid is None
-    assert (len(list(descriptors.iterdir())) if descriptors.exists() else 0) == before
+    assert (len(list(descriptors.iterdir())) if descriptors.exists() else 0) <= before
     other = _file(tmp_path, "two.usdc")
     reader.require(other, [other])
     assert reader.pid not in (None, pid)
