@@ -130,7 +130,7 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
             value = attribute.Get()
             if value is None:
                 continue
-            expected, found = _kind_of_type(str(attribute.GetTypeName())), _kind(value)
+            expected, found = _kind_of_type(str(attribute.GetTypeName())), _kind(type(value))
             if expected not in (found, ""):
                 raise UsdImportError(source, str(prim.GetPath()), name, f"holds {found}, not {expected}")
             if isinstance(value, (str, bool, int)):
@@ -150,16 +150,17 @@ def reject_nan(stage: Usd.Stage, source: str) -> None:
 def _kind_of_type(name: str) -> str:
     """Kind of the values of a type name, empty for types that USD does not know."""
     kind = Sdf.ValueTypeNames.Find(name)
-    return _kind(kind.defaultValue) if kind and kind.defaultValue is not None else ""
+    return _kind(type(kind.defaultValue)) if kind and kind.defaultValue is not None else ""
 
 
-def _kind(value: object) -> str:
-    """What a value is, whatever its precision."""
-    if isinstance(value, (str, Sdf.AssetPath)):
+@cache
+def _kind(cls: type) -> str:
+    """What the values of a class are, whatever their precision."""
+    if issubclass(cls, (str, Sdf.AssetPath)):
         return "text"
-    if isinstance(value, (bool, int, float, Sdf.TimeCode)):
+    if issubclass(cls, (bool, int, float, Sdf.TimeCode)):
         return "a number"
-    name = type(value).__name__
+    name = cls.__name__
     item = re.sub(r"(?<=\d)[fdhi]$|(?<=Quat)[fdh]$", "", name.removesuffix("Array"))
     item = {"Token": "text", "String": "text", "AssetPath": "text"}.get(item, item)
     if not name.endswith("Array"):

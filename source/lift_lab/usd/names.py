@@ -14,7 +14,7 @@ class Names:
 
     def of(self, kind: str, path: str, suffix: str = "") -> str:
         """Name for the element of `kind` made from the prim at `path`: its leaf name, or with parents prefixed."""
-        parts = [part.replace("{", "_").replace("}", "").replace("=", "_") for part in path.split("/") if part]
+        parts = [part for part in path.replace("{", "_").replace("}", "").replace("=", "_").split("/") if part]
         taken = self._taken.setdefault(kind, {"world"} if kind == "body" else set())
         candidates = chain(
             ("_".join(parts[-n:]) + suffix for n in range(1, len(parts) + 1)),
