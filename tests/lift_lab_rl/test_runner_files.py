@@ -22,6 +22,7 @@ from lift_lab_rl.rsl_rl import (
     to_rsl_rl,
 )
 from lift_lab_rl.rsl_rl.exporter import ExportError, check_export
+from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
 
 
 def train(folder, iterations=4, threads=1, on_step=None, cfg=None):
@@ -301,3 +302,9 @@ def test_a_span_that_ends_before_it_begins_is_refused():
     cfg.algorithm.anneal_iterations = (5, 3)
     with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations: \(5, 3\)"):
         to_rsl_rl(cfg)
+
+
+def test_a_file_without_iterations_is_no_checkpoint(tmp_path):
+    save_torch(tmp_path / "resume_state_4.pt", {"rng": torch.zeros(1)})
+    with pytest.raises(ConfigError, match=r"resume_state_4.pt' is no checkpoint of a training"):
+        checkpoint_iteration(tmp_path / "resume_state_4.pt")

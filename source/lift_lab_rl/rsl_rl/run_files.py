@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.distributed import Place
 from lift_lab_rl.files import load_torch
 
@@ -25,8 +26,12 @@ def checkpoint_iteration(path: str | Path) -> int:
 
     Raises:
         FileError: there is no such file, or it cannot be read.
+        ConfigError: it is no checkpoint.
     """
-    return int(load_torch(path)["iter"])
+    content = load_torch(path)
+    if not isinstance(content, dict) or "iter" not in content:
+        raise ConfigError(f"'{path}' is no checkpoint of a training: it says nothing of iterations (take a model_*.pt)")
+    return int(content["iter"])
 
 
 def _number_of(path: Path) -> int:

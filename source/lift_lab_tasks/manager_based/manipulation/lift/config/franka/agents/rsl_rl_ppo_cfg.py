@@ -11,7 +11,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
     """Gaussian MLP 256-128-64, 24-step rollouts, adaptive learning rate."""
 
     num_steps_per_env = 24
-    max_iterations = 1400
+    max_iterations = 1000
     save_interval = 50
     average_share = 0.04
     experiment_name = "franka_lift"
