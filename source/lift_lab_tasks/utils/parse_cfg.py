@@ -130,9 +130,10 @@ def num_envs_for_device(task_name: str, cfg: Any) -> int:
     return min(cfg.scene.num_envs, task_kwargs(task_name).get("cpu_num_envs", CPU_NUM_ENVS))
 
 
-def names_path(overrides: Sequence[str], path: str) -> bool:
-    """Whether an override sets the entry at ``path``."""
-    return any(text.lstrip("+~").partition("=")[0] == path for text in overrides)
+def names_path(overrides: Sequence[str], path: str, below: bool = False) -> bool:
+    """Whether an override sets the entry at ``path``, or with ``below`` one that it contains."""
+    named = [text.lstrip("+~").partition("=")[0] for text in overrides]
+    return any(name == path or (below and name.startswith(f"{path}.")) for name in named)
 
 
 def get_checkpoint_path(

@@ -138,7 +138,7 @@ def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:
     terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
     for name, term in terms.items():
         exploring = getattr(getattr(term, "func", None), "exploration_only", False)
-        if exploring and not any(text.lstrip("+").startswith(f"env.curriculum.{name}") for text in overrides):
+        if exploring and not names_path(overrides, f"env.curriculum.{name}", below=True):
             terms[name] = None
 
 

@@ -222,6 +222,9 @@ def test_the_decorator_runs_through_what_overrides_list(monkeypatch):
 def test_whether_an_override_names_a_path():
     assert names_path(["env.scene.num_envs=4"], "env.scene.num_envs")
     assert not names_path(["env.scene.num_envs_x=4"], "env.scene.num_envs")
+    assert names_path(["+env.scene.num_envs=4"], "env.scene", below=True)
+    assert not names_path(["env.scene.num_envs=4"], "env.scene")
+    assert not names_path(["env.scene_x.num_envs=4"], "env.scene", below=True)
 
 
 def test_an_unknown_task_or_agent_is_answered_with_the_nearest():
