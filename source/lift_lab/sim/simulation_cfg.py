@@ -80,6 +80,9 @@ class MujocoCfg:
     """Solver tolerance at which iterations end early."""
     eulerdamp: bool = True
     """Whether the Euler integrator treats joint damping implicitly."""
+    island: bool = True
+    """Whether constraints that share no moving body are solved apart: faster where many bodies touch, slower where
+    all contacts belong to one group anyway."""
     nconmax: int | None = None
     """Contacts an environment may have at once on the warp engine; None sizes it from the model."""
     njmax: int | None = None

@@ -164,6 +164,8 @@ class SimulationContext:
             option.tolerance = mj.tolerance
         if not mj.eulerdamp:
             option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        if not mj.island:
+            option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
     def reset(self) -> None:
         """Compile the scene, start the engine and put everything into its initial state.
