@@ -118,7 +118,7 @@ def main() -> int:
                 runner.load(str(checkpoint))
                 say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")
             if place.is_main:
-                write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
+                write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides, checkpoint)
             count = f"{place.world_size} x {wrapped.num_envs}" if place.is_distributed else wrapped.num_envs
             say(f"{args.task}: {count} environments on {wrapped.device}, seed {agent_cfg.seed}")
             say(f"writing to {run_dir}")

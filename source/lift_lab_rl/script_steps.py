@@ -41,11 +41,29 @@ def film_playing(env: gym.Env, file: Path, length: int) -> RecordVideo:
     return RecordVideo(env, lambda _: file, interval=1 << 60, length=length, background=False)
 
 
-def write_configurations(run_dir: Path, task: str, env_cfg: Any, agent_cfg: Any, overrides: Sequence[str]) -> None:
-    """Write what a run is made of to its folder ``params``, which is made if need be."""
+def write_configurations(
+    run_dir: Path,
+    task: str,
+    env_cfg: Any,
+    agent_cfg: Any,
+    overrides: Sequence[str],
+    continues: Path | None = None,
+) -> None:
+    """Write what a run is made of to its folder ``params``, which is made if need be.
+
+    Args:
+        run_dir: folder of the run.
+        task: the task's name.
+        env_cfg: the environment's configuration.
+        agent_cfg: the algorithm's.
+        overrides: what the command line changed.
+        continues: checkpoint of another run that this one goes on from. Kept as folder and file name, so that runs
+            may be moved together.
+    """
     dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
     dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
-    dump_yaml(run_dir / "params" / "run.yaml", {"task": task, "overrides": list(overrides)})
+    origin = {} if continues is None else {"continues": f"{continues.parent.name}/{continues.name}"}
+    dump_yaml(run_dir / "params" / "run.yaml", {"task": task, "overrides": list(overrides), **origin})
 
 
 def until_interrupted(train: Callable[[], Any]) -> str:

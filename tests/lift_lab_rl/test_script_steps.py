@@ -34,6 +34,8 @@ def test_what_a_run_is_made_of_lies_beside_it(tmp_path):
     found = {path.name: load_yaml(path) for path in (tmp_path / "run" / "params").iterdir()}
     run = {"task": "Cartpole", "overrides": ["env.a=1"]}
     assert found == {"env.yaml": {"a": 1}, "agent.yaml": {"seed": 2}, "run.yaml": run}
+    write_configurations(tmp_path / "next", "Cartpole", {}, {}, ("env.a=1",), tmp_path / "run" / "model_5.pt")
+    assert load_yaml(tmp_path / "next" / "params" / "run.yaml") == run | {"continues": "run/model_5.pt"}
 
 
 def test_without_the_flag_an_environment_is_not_filmed(tmp_path, capsys):

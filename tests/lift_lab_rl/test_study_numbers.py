@@ -13,7 +13,7 @@ from lift_lab_rl.intervals import bootstrap_difference, bootstrap_interval, wils
 from lift_lab_rl.study import comparison
 from lift_lab_rl.study.comparison import Roles, verdict
 from lift_lab_rl.study.curves import find_runs, group_runs, smooth
-from lift_lab_rl.study.jobs import Variant, check_settings, make_jobs, newest_checkpoint
+from lift_lab_rl.study.jobs import Variant, check_settings, checkpoint_at, in_rounds, make_jobs, newest_checkpoint
 from lift_lab_rl.study.page import write_report
 from lift_lab_rl.study.paper import FIGURES, TABLE_1
 
@@ -69,6 +69,23 @@ def test_a_continued_run_is_one_curve_and_what_was_done_again_counts(tmp_path):
     assert steps.tolist() == [1, 2, 3, 4, 5]
     assert values.tolist() == [1, 2, 30, 40, 50]
     assert (run.label, run.seed, run.iterations, len(run.folders)) == ("x", 7, 5, 2)
+
+
+def test_a_run_that_branches_off_another_begins_with_its_curve(tmp_path):
+    _write(tmp_path / "2026-01-01_00-00-00_cl-s7", {REWARD: [1, 2, 3, 4]}, seed=7, run_name="cl-s7")
+    for time, name, origin in (("01", "b-s7", "2026-01-01_00-00-00_cl-s7"), ("02", "c-s7", "2026-01-01_01-00-00_b-s7")):
+        folder = tmp_path / f"2026-01-01_{time}-00-00_{name}"
+        _write(folder, {REWARD: [10 * int(time)] * 2}, first=2 + int(time), seed=7, run_name=name)
+        dump_yaml(folder / "params" / "run.yaml", {"task": "T", "continues": f"{origin}/model_2.pt"})
+    curves = {run.label: run.scalars[REWARD] for run in find_runs([tmp_path])}
+    assert {label: values.tolist() for label, (_, values) in curves.items()} == {
+        "cl": [1, 2, 3, 4],
+        "b": [1, 2, 10, 10],
+        "c": [1, 2, 10, 20, 20],
+    }
+    assert curves["c"][0].tolist() == [1, 2, 3, 4, 5]
+    (alone,) = find_runs([tmp_path / "2026-01-01_01-00-00_b-s7"])
+    assert alone.scalars[REWARD][0].tolist() == [3, 4]  # the run it branched off is not given
 
 
 def test_runs_without_a_name_stay_apart_and_are_labelled_by_task(tmp_path):
@@ -220,6 +237,41 @@ def test_a_variant_is_a_task_with_a_label_and_overrides():
     for wrong in ("", "a/b=Task", "label="):
         with pytest.raises(ConfigError, match="expected TASK"):
             Variant.parse(wrong)
+
+
+def test_a_variant_may_start_from_anothers_checkpoint():
+    parsed = Variant.parse("base=Lift-Cube-Franka env.x=1 from=Lift-Cube-Franka-CL@750")
+    assert parsed == Variant("base", "Lift-Cube-Franka", ("env.x=1",), ("Lift-Cube-Franka-CL", 750))
+    assert parsed.settings == ["Lift-Cube-Franka", "from=Lift-Cube-Franka-CL@750", "env.x=1"]
+    for wrong in ("T from=x", "T from=@5", "T from=x@y", "T from=x@1 from=x@2"):
+        with pytest.raises(ConfigError, match="expected one from=LABEL@ITERATION"):
+            Variant.parse(wrong)
+
+
+def test_what_starts_from_another_comes_in_a_later_round():
+    def rounds(*variants, trained=()):
+        return [[job.name for job in now] for now in in_rounds(make_jobs(variants, [1, 2]), trained)]
+
+    a, b, c = Variant("a", "T"), Variant("b", "T", start=("a", 5)), Variant("c", "T", start=("b", 7))
+    assert rounds(c, b, a) == [["a-s1", "a-s2"], ["b-s1", "b-s2"], ["c-s1", "c-s2"]]
+    assert rounds(b, trained=["a"]) == [["b-s1", "b-s2"]]
+    with pytest.raises(ConfigError, match="'x' cannot start from 'aa': did you mean 'a'"):
+        rounds(a, Variant("x", "T", start=("aa", 1)))
+    with pytest.raises(ConfigError, match="circle"):
+        rounds(Variant("x", "T", start=("y", 1)), Variant("y", "T", start=("x", 1)))
+
+
+def test_the_checkpoint_of_an_iteration_is_that_of_the_newest_piece(tmp_path):
+    for folder in ("2026-01-01_00-00-00_x-s1", "2026-01-02_00-00-00_x-s1", "2026-01-03_00-00-00_y-s1"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "model_50.pt").touch()
+    (tmp_path / "2026-01-01_00-00-00_x-s1" / "model_100.pt").touch()
+    assert checkpoint_at(tmp_path, "x-s1", 50).parent.name == "2026-01-02_00-00-00_x-s1"
+    assert checkpoint_at(tmp_path, "x-s1", 100).parent.name == "2026-01-01_00-00-00_x-s1"
+    with pytest.raises(FileError, match="no checkpoint of iteration 75; it has 50, 100"):
+        checkpoint_at(tmp_path, "x-s1", 75)
+    with pytest.raises(FileError, match="it has none"):
+        checkpoint_at(tmp_path, "z-s1", 50)
 
 
 def test_jobs_go_seed_by_seed_and_names_are_used_once():

@@ -52,6 +52,14 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
     assert status == 0
     assert ": train --" not in out  # all of it is done
 
+    branch = [flags[0], "base=Lift-Cube-Franka env.episode_length_s=0.4 from=short-CL@1", *flags[2:]]
+    status, out, err = study(*branch, "--max_iterations", 2)
+    assert (status, err) == (0, "")
+    assert "model_1.pt" in out  # the first piece of the curriculum's training
+    runs = {run["label"]: run for run in json.loads((folder / "results.json").read_text())["runs"]}
+    assert (runs["base"]["iterations"], runs["base"]["status"]) == (2, "done")
+    assert "base" in (folder / "report" / "report.html").read_text()
+
     status, _, err = study(*flags, "--max_iterations", 2, "agent.algorithm.gamma=0.9")
     assert status == 2
     assert "take another --name" in err
@@ -63,6 +71,7 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
         (["--tasks", "Lift-Cube-Frank"], "did you mean"),
         (["--perturb", "mas=2"], "did you mean 'mass'"),
         (["--tasks", "x=Lift-Cube-Franka env.nothing=1"], "nothing"),
+        (["--tasks", "Lift-Cube-Franka from=Lift-Cube-Franka-CM@2", "Lift-Cube-Franka-CL"], "did you mean 'Lift-Cube-"),
         (["--seeds", "1", "1", "env.scene.num_envs=8"], "seed '1' is given twice"),
         (["--seed", "1"], "did you mean --seeds"),
     ],

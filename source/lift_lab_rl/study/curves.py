@@ -18,6 +18,10 @@ TAIL = 0.05
 _STUDY_NAME = re.compile(r"(.+)-s(\d+)")
 
 
+Scalars = dict[str, tuple[np.ndarray, np.ndarray]]
+"""Tag -> iterations and values, both of shape (n,)."""
+
+
 @dataclass
 class TrainingRun:
     """One training, possibly in several folders because it was continued."""
@@ -26,8 +30,7 @@ class TrainingRun:
     """What was trained: runs of one label differ in the seed only."""
     seed: int | None
     folders: list[Path]
-    scalars: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
-    """Tag -> iterations and values."""
+    scalars: Scalars = field(default_factory=dict)
 
     def find(self, tags: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
         """The curve of the first tag that there is."""
@@ -102,11 +105,8 @@ def smooth(values: np.ndarray, weight: float) -> np.ndarray:
     return out
 
 
-def read_scalars(folder: str | Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def read_scalars(folder: str | Path) -> Scalars:
     """All scalars in a folder's event files.
-
-    Returns:
-        Tag -> iterations (whole numbers) and values, both of shape (n,).
 
     Raises:
         FileError: there are no event files.
@@ -167,7 +167,10 @@ class _Piece:
         named = _STUDY_NAME.fullmatch(self.name)
         if label is None and named is not None and int(named[2]) == self.seed:
             label = named[1]
-        self.label = label or _yaml(folder / "params" / "run.yaml").get("task") or folder.name
+        run = _yaml(folder / "params" / "run.yaml")
+        self.label = label or run.get("task") or folder.name
+        self.continues = str(run.get("continues") or "").partition("/")[0]
+        """Name of the folder of the run that this one went on from; empty if it began anew."""
 
     @property
     def first(self) -> int:
@@ -180,9 +183,14 @@ def _yaml(path: Path) -> dict:
 
 
 def _join(pieces: list[_Piece]) -> list[TrainingRun]:
-    """Continued runs as one. Folder names begin with the time, so that their order is that of the pieces."""
+    """Continued runs as one. Folder names begin with the time, so that their order is that of the pieces.
+
+    A run that goes on from another's checkpoint begins with the other's curves, where that one is there, too.
+    """
     runs: list[TrainingRun] = []
     by_key: dict[tuple, TrainingRun] = {}
+    by_folder: dict[str, TrainingRun] = {}
+    branches: list[tuple[str, _Piece, TrainingRun]] = []
     for piece in pieces:
         key = (piece.folder.parent, piece.label, piece.name, piece.seed)
         run = by_key.get(key)
@@ -190,19 +198,22 @@ def _join(pieces: list[_Piece]) -> list[TrainingRun]:
             run = TrainingRun(piece.label, piece.seed, [])
             runs.append(run)
             by_key[key] = run
+            if piece.continues:
+                branches.append((piece.folder.name, piece, run))
+        by_folder[piece.folder.name] = run
         run.folders.append(piece.folder)
-        run.scalars = _continued(run.scalars, piece)
+        run.scalars = _continued(run.scalars, piece.first, piece.scalars)
+    for _, piece, run in sorted(branches, key=lambda branch: branch[0]):  # by time: a branch may have branches
+        origin = by_folder.get(piece.continues)
+        if origin is not None and origin is not run:
+            run.scalars = _continued(origin.scalars, piece.first, run.scalars)
     return runs
 
 
-def _continued(
-    scalars: dict[str, tuple[np.ndarray, np.ndarray]], piece: _Piece
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Earlier curves up to where the piece begins, then the piece's: what it did again counts."""
-    joined = {
-        tag: (steps[steps < piece.first], values[steps < piece.first]) for tag, (steps, values) in scalars.items()
-    }
-    for tag, (steps, values) in piece.scalars.items():
+def _continued(earlier: Scalars, first: int, later: Scalars) -> Scalars:
+    """Earlier curves up to before iteration `first`, then the later ones: what was done again counts."""
+    joined = {tag: (steps[steps < first], values[steps < first]) for tag, (steps, values) in earlier.items()}
+    for tag, (steps, values) in later.items():
         old = joined.get(tag, (np.zeros(0, int), np.zeros(0)))
         joined[tag] = (np.concatenate((old[0], steps)), np.concatenate((old[1], values)))
     return joined

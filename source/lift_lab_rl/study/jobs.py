@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.errors import ConfigError, FileError, suggest
 
 _TIME = r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d_"
 """Start of the name of a run's folder."""
@@ -23,15 +23,22 @@ class Variant:
     label: str
     task: str
     overrides: tuple[str, ...] = ()
+    start: tuple[str, int] | None = None
+    """Label and iteration of the training whose checkpoint this one goes on from, seed by seed; None begins anew."""
 
     @classmethod
     def parse(cls, text: str) -> Variant:
-        """``"[LABEL=]TASK [override ...]"``, e.g. ``"linear=Lift-Cube-Franka-CL env/curriculum=linear"``.
+        """``"[LABEL=]TASK [from=LABEL@ITERATION] [override ...]"``.
+
+        For example ``"linear=Lift-Cube-Franka-CL env/curriculum=linear"``, or, for two tasks that are the same until
+        iteration 700, ``"Lift-Cube-Franka from=Lift-Cube-Franka-CL@700"``.
 
         Raises:
-            ConfigError: no task, or a label that cannot be part of a folder's name.
+            ConfigError: no task, a label that cannot be part of a folder's name, or a start that names no iteration.
         """
         words = shlex.split(text)
+        starts = [word for word in words[1:] if word.startswith("from=")]
+        words = [word for word in words if word not in starts]
         label, equals, task = words[0].partition("=") if words else ("", "", "")
         if not equals:
             task = label
@@ -39,7 +46,19 @@ class Variant:
             raise ConfigError(
                 f"'{text}': expected TASK, or 'LABEL=TASK override ...' with a label of letters and digits"
             )
-        return cls(label.replace(":", "-"), task, tuple(words[1:]))
+        start = None
+        if starts:
+            origin, _, iteration = starts[-1].removeprefix("from=").rpartition("@")
+            if len(starts) > 1 or not origin or not iteration.isdigit():
+                raise ConfigError(f"'{text}': expected one from=LABEL@ITERATION, got '{' '.join(starts)}'")
+            start = (origin.replace(":", "-"), int(iteration))
+        return cls(label.replace(":", "-"), task, tuple(words[1:]), start)
+
+    @property
+    def settings(self) -> list[str]:
+        """What decides its trainings, as words."""
+        start = [] if self.start is None else ["from={}@{}".format(*self.start)]
+        return [self.task, *start, *self.overrides]
 
 
 @dataclass
@@ -70,8 +89,57 @@ def make_jobs(variants: Sequence[Variant], seeds: Sequence[int]) -> list[Job]:
     return [Job(variant, seed) for seed in seeds for variant in variants]
 
 
+def in_rounds(jobs: Sequence[Job], trained: Sequence[str] = ()) -> list[list[Job]]:
+    """Jobs so that each comes in a later round than the one whose checkpoint it goes on from.
+
+    Args:
+        jobs: what is to be done.
+        trained: labels of earlier trainings that jobs may go on from.
+
+    Raises:
+        ConfigError: a start names no label, or starts go in a circle.
+    """
+    rounds, left, ready = [], list(jobs), set(trained)
+    labels = {job.variant.label for job in jobs}
+    while left:
+        now = [j for j in left if j.variant.start is None or (j.variant.start[0] in ready - {j.variant.label})]
+        if not now:
+            job = left[0]
+            origin = job.variant.start[0] if job.variant.start else ""
+            known = sorted((labels | ready) - {job.variant.label})
+            reason = "goes in a circle" if origin in known else suggest(origin, known)
+            raise ConfigError(f"'{job.variant.label}' cannot start from '{origin}': {reason}")
+        rounds.append(now)
+        left = [job for job in left if job not in now]
+        ready |= {job.variant.label for job in now}
+    return rounds
+
+
+def checkpoint_at(folder: Path, run_name: str, iteration: int) -> Path:
+    """A run's checkpoint of an iteration; of its newest piece that has it.
+
+    Raises:
+        FileError: there is none; names those that there are.
+    """
+    found = _checkpoints(folder, run_name)
+    at = [path for count, _, path in sorted(found, key=lambda entry: entry[:2]) if count == iteration]
+    if not at:
+        have = ", ".join(map(str, sorted({count for count, *_ in found}))) or "none"
+        raise FileError(f"'{run_name}' has no checkpoint of iteration {iteration}; it has {have}")
+    return at[-1]
+
+
 def newest_checkpoint(folder: Path, run_name: str) -> tuple[Path, int] | None:
     """The checkpoint with most iterations among a run's pieces, and its iterations; None without one."""
+    found = _checkpoints(folder, run_name)
+    if not found:
+        return None
+    iterations, _, path = max(found, key=lambda entry: entry[:2])
+    return path, iterations
+
+
+def _checkpoints(folder: Path, run_name: str) -> list[tuple[int, str, Path]]:
+    """Iterations, folder name and path of all checkpoints of a run's pieces."""
     found = []
     for piece in folder.iterdir() if folder.is_dir() else ():
         if re.fullmatch(rf"{_TIME}{re.escape(run_name)}(-\d+)?", piece.name):
@@ -79,10 +147,7 @@ def newest_checkpoint(folder: Path, run_name: str) -> tuple[Path, int] | None:
                 digits = path.stem.removeprefix("model_")
                 if digits.isdigit():
                     found.append((int(digits), piece.name, path))
-    if not found:
-        return None
-    iterations, _, path = max(found, key=lambda entry: entry[:2])
-    return path, iterations
+    return found
 
 
 def read_evaluation(path: Path, checkpoint: Path, episodes: int, seed: int) -> dict[str, Any] | None:
