@@ -5,7 +5,9 @@ import pytest
 import torch
 
 import lift_lab_tasks  # noqa: F401
+from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.envs.mdp import anneal_reward_weight, modify_reward_weight
+from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.rsl_rl import to_rsl_rl
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg, registered_tasks
 from lift_lab_tasks.utils.hydra import compose
@@ -123,6 +125,28 @@ def test_reward_presets_swap_the_whole_reward_of_a_lift_task(task):
     assert ungated.rewards.object_goal_tracking.params["minimal_height"] is None
     assert ungated.rewards.lifting_object.weight == 20.0
     assert gated.rewards.object_goal_tracking.params["minimal_height"] == 0.04
+
+
+def test_the_event_preset_gives_every_environment_a_cube_of_its_own():
+    plain, _ = compose("Lift-Cube-Franka", None)
+    assert compose("Lift-Cube-Franka", None, ["env/events=plain"])[0].events.to_dict() == plain.events.to_dict()
+    cfg, _ = compose("Lift-Cube-Franka", None, ["env/events=randomized"])
+    cfg.scene.num_envs, cfg.seed, cfg.sim.device = 64, 5, "cpu"
+    env = ManagerBasedRLEnv(cfg)
+    model, mass = env.sim.model, env.sim.physics.randomizable("body_mass").cpu()
+    friction = env.sim.physics.randomizable("geom_friction")[..., 0].cpu()
+    cube = model.body("object/Object").id
+    assert 0.1 <= mass[:, cube].min() < 0.13  # from half of 0.2 kg
+    assert 0.33 < mass[:, cube].max() <= 0.4  # to twice as much
+    varied = {model.body(model.geom_bodyid[g]).name for g in (friction.std(0) > 0).nonzero().flatten().tolist()}
+    assert varied == {"object/Object", "robot/panda_leftfinger", "robot/panda_rightfinger"}
+    pad = friction[:, model.geom("robot/panda_leftfinger_pad").id]
+    assert 0.5 <= pad.min() < 0.6
+    assert 1.4 < pad.max() <= 1.5
+    assert (mass.std(0) > 0).sum() == 1
+    env.close()
+    with pytest.raises(ConfigError, match="no presets for 'env/events'"):
+        compose("Lift-Soft-Cube-Franka", None, ["env/events=randomized"])
 
 
 @pytest.mark.slow

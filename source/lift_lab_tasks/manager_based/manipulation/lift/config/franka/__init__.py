@@ -18,6 +18,12 @@ _REWARDS = {
     "gated": f"{_LIFT}.lift_env_cfg:RewardsCfg",
     "ungated": f"{_FRANKA}.reward_sets:UngatedRewardsCfg",
 }
+_EVENTS = {
+    "plain": f"{_LIFT}.lift_env_cfg:EventCfg",
+    "randomized": f"{_FRANKA}.event_sets:RandomizedEventCfg",
+}
+
+_PRESETS = {"env.curriculum": _CURRICULA, "env.rewards": _REWARDS}
 
 for _id, _env_cfg, _agent in (
     ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
@@ -51,6 +57,6 @@ for _id, _env_cfg, _agent in (
                 "sb3_cfg_entry_point": f"{_FRANKA}.agents:sb3_ppo_cfg.yaml",
                 "success": f"{_LIFT}.mdp:object_reached_goal",
                 "cpu_num_envs": 512,
-                "presets": {"env.curriculum": _CURRICULA, "env.rewards": _REWARDS},
+                "presets": _PRESETS if "Soft" in _id else {**_PRESETS, "env.events": _EVENTS},
             },
         )

@@ -1,0 +1,50 @@
+"""Events of the lift task to choose from, e.g. ``env/events=randomized``; the plain ones are in lift_env_cfg."""
+
+from __future__ import annotations
+
+from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils import configclass
+from lift_lab_tasks.manager_based.manipulation.lift import mdp
+from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import EventCfg
+
+
+@configclass
+class RandomizedEventCfg(EventCfg):
+    """Domain randomisation: every environment has a cube of its own mass and surface, drawn once at start.
+
+    The pads grip with the larger friction coefficient of the two surfaces; their own is drawn, too.
+    """
+
+    object_mass = EventTerm(
+        func=mdp.randomize_rigid_body_mass,
+        mode="startup",
+        params={
+            "asset_cfg": SceneEntityCfg("object"),
+            "mass_distribution_params": (0.5, 2.0),
+            "operation": "scale",
+            "distribution": "log_uniform",
+        },
+    )
+    object_material = EventTerm(
+        func=mdp.randomize_rigid_body_material,
+        mode="startup",
+        params={
+            "asset_cfg": SceneEntityCfg("object"),
+            "static_friction_range": (0.5, 1.5),
+            "dynamic_friction_range": (0.5, 1.5),
+            "restitution_range": (0.0, 0.0),
+            "num_buckets": 256,
+        },
+    )
+    finger_material = EventTerm(
+        func=mdp.randomize_rigid_body_material,
+        mode="startup",
+        params={
+            "asset_cfg": SceneEntityCfg("robot", body_names="panda_.*finger"),
+            "static_friction_range": (0.5, 1.5),
+            "dynamic_friction_range": (0.5, 1.5),
+            "restitution_range": (0.0, 0.0),
+            "num_buckets": 256,
+        },
+    )
