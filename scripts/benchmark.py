@@ -46,6 +46,12 @@ def parse():
         "--memory_steps", type=int, default=None, help="steps, of all environments together, to watch memory for"
     )
     parser.add_argument("--profile", action="store_true", help="show where the CPU time of a step goes, too")
+    parser.add_argument(
+        "--profile_training",
+        type=int,
+        default=None,
+        help="show where the CPU time of this many iterations of training goes",
+    )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     suites = parser.add_argument_group("suites")
     suites.add_argument("--sizes", type=sizes, default=None, help="numbers of environments, separated by commas")
@@ -54,7 +60,7 @@ def parse():
     suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels anew, to time it")
     AppLauncher.add_app_launcher_args(parser)
     args, overrides = parser.parse()
-    for name in ("num_envs", "steps", "num_threads", "memory_steps", "train_seconds"):
+    for name in ("num_envs", "steps", "num_threads", "memory_steps", "train_seconds", "profile_training"):
         value = getattr(args, name)
         if value is not None and value < 1:
             parser.error(f"argument --{name}: expected a whole number of at least 1, got '{value}'")
@@ -103,6 +109,7 @@ def measure_task(args, overrides: list[str]) -> dict:
     from lift_lab.scene import InteractiveScene
     from lift_lab.sim import SimulationContext
     from lift_lab.sim.physics import make_physics
+    from lift_lab.utils.errors import ConfigError
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs
     from lift_lab_tasks.utils.hydra import compose
@@ -110,7 +117,7 @@ def measure_task(args, overrides: list[str]) -> dict:
     packages_s = time.perf_counter() - START - torch_s
     before = time.perf_counter()
     env_cfg, _ = compose(args.task, None, overrides)
-    runs.apply_flags(env_cfg, None, args, args.task, overrides)
+    runs.apply_flags(env_cfg, None, args, args.task, overrides, training=args.profile_training is not None)
     configured_s = time.perf_counter() - before
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
@@ -174,6 +181,15 @@ def measure_task(args, overrides: list[str]) -> dict:
 
         result["profile_s"] = profile_steps(env, args.steps, args.seed)
         show_profile(result["profile_s"], f"CPU time of a step of {inner.num_envs} environments")
+    if args.profile_training is not None:
+        from benchmark_profile import show_profile
+        from benchmark_training import profile_training
+
+        if inner.device != "cpu":
+            raise ConfigError(f"--profile_training counts CPU time; give --device cpu, not '{inner.device}'")
+        _, agent_cfg = compose(args.task, "rsl_rl_cfg_entry_point", overrides)
+        result["profile_training_s"] = profile_training(env, agent_cfg, args.profile_training)
+        show_profile(result["profile_training_s"], f"CPU time of a training iteration of {inner.num_envs} environments")
     if args.memory_steps is not None:
         result["memory"] = watch_memory(env, args.memory_steps, args.seed)
     env.close()
@@ -341,7 +357,7 @@ def show(result: dict) -> None:
     for key, value in result.items():
         if isinstance(value, float):
             value = f"{value:,.0f}" if value >= 1000 else f"{value:.3f}"
-        elif key == "profile_s":
+        elif key in ("profile_s", "profile_training_s"):
             continue
         elif key == "memory":
             key, value = "memory growth", f"{value['bytes_per_million_steps']:,.0f} bytes per million steps"

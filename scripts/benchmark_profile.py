@@ -33,7 +33,7 @@ def step_parts(env: Any) -> list[tuple[Any, str, str]]:
     ]
 
 
-class _Clock:
+class Clock:
     """Sums CPU time by the innermost part that runs."""
 
     def __init__(self):
@@ -45,6 +45,11 @@ class _Clock:
         """Forget what was measured so far."""
         self.seconds.clear()
         self._since = time.process_time()
+
+    @property
+    def running(self) -> str:
+        """The innermost part that runs."""
+        return self._running[-1]
 
     @contextlib.contextmanager
     def part(self, name: str) -> Iterator[None]:
@@ -82,7 +87,7 @@ def profile_steps(env: Any, steps: int, seed: int) -> dict[str, float]:
     actions = [torch.randn(shape, generator=generator, device=inner.device) for _ in range(steps)]
     with torch.inference_mode(), contextlib.ExitStack() as stack:
         env.step(actions[0])
-        clock = _Clock()
+        clock = Clock()
         for owner, method, name in step_parts(env):
             stack.enter_context(_measured(clock, owner, method, name))
         clock.restart()
@@ -93,7 +98,7 @@ def profile_steps(env: Any, steps: int, seed: int) -> dict[str, float]:
 
 
 @contextlib.contextmanager
-def _measured(clock: _Clock, owner: Any, method: str, name: str) -> Iterator[None]:
+def _measured(clock: Clock, owner: Any, method: str, name: str) -> Iterator[None]:
     original = getattr(owner, method)
 
     def call(*args: Any, **kwargs: Any) -> Any:
@@ -108,11 +113,11 @@ def _measured(clock: _Clock, owner: Any, method: str, name: str) -> Iterator[Non
 
 
 def show_profile(seconds: dict[str, float], title: str) -> None:
-    """Print the profile as a table."""
+    """Print a profile as a table."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("part of the step", "us", "share", title=title, title_justify="left")
+    table = Table("part", "us", "share", title=title, title_justify="left")
     total = sum(seconds.values())
     for name, value in seconds.items():
         table.add_row(name, f"{value * 1e6:,.0f}", f"{value / total:.1%}")

@@ -1,7 +1,5 @@
 """The piecewise update is rsl_rl's PPO, in other words: same gradient, any number of threads, same bits."""
 
-import copy
-
 import pytest
 import torch
 from rsl_rl.algorithms import PPO
@@ -10,7 +8,7 @@ from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab_rl.rsl_rl.ppo import EluMlp, PiecewisePPO
+from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
 from lift_lab_rl.threads import PiecePool, piece_bounds, use_one_torch_thread
 
 NUM_ENVS, STEPS, OBS, ACTIONS = 64, 6, 5, 3
@@ -36,7 +34,7 @@ def make(cls, *, std_type="log", activation="elu", piece_rows=None, seed=0, **se
     settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 4, **settings}
     algorithm = cls(actor, critic, storage, **settings)
     if piece_rows is not None:
-        algorithm._piece_rows = piece_rows
+        algorithm._piece_rows, algorithm._acting_rows, algorithm._block_rows = piece_rows, piece_rows, 7
     return algorithm
 
 
@@ -86,6 +84,16 @@ def test_an_update_ends_where_rsl_rl_ends(settings):
         assert our_losses[key] == pytest.approx(value, abs=1e-4, rel=1e-4)
 
 
+def test_a_critic_that_normalises_otherwise_than_the_actor_goes_on_doing_so():
+    theirs, ours = make(PPO), make(PiecewisePPO)
+    for algorithm in (theirs, ours):
+        algorithm._raw_critic.obs_normalizer._mean += 1.0
+        algorithm._raw_critic.obs_normalizer.count += 500
+        rollouts(algorithm, 1)
+    assert not torch.equal(ours._raw_critic.obs_normalizer._mean, ours._raw_actor.obs_normalizer._mean)
+    torch.testing.assert_close(weights(ours), weights(theirs), atol=2e-5, rtol=1e-4)
+
+
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_the_number_of_threads_does_not_change_a_bit(threads):
     one, many = make(PiecewisePPO, piece_rows=17, num_threads=1), make(PiecewisePPO, piece_rows=17, num_threads=threads)
@@ -127,40 +135,11 @@ def test_the_mean_action_is_drawn_to_zero_where_nothing_else_speaks():
     assert after < 0.5 * before
 
 
-def test_a_piece_pays_for_the_squared_length_of_its_mean_actions():
-    algorithm, plain = make(PiecewisePPO, mean_reg_coef=0.25), make(PiecewisePPO)
-    torch.manual_seed(5)
-    obs = torch.randn(8, OBS)
-    piece = {"obs_actor": obs, "obs_critic": obs, "actions": torch.randn(8, ACTIONS), "old_mean": torch.zeros(8, 3)}
-    piece |= {key: torch.randn(8) for key in ("values", "returns", "advantages", "old_log_prob")}
-    piece["old_std"] = torch.ones(8, ACTIONS)
-    with torch.no_grad():
-        length = algorithm._raw_actor.mlp(obs).square().sum(-1)
-        difference = algorithm._piece_loss(piece, rows=16)[0] - plain._piece_loss(piece, rows=16)[0]
-    torch.testing.assert_close(difference, 0.25 * length.sum() / 16)
-
-
 def test_mean_regularisation_is_refused_where_it_would_do_nothing():
     with pytest.raises(ConfigError, match="mean_reg_coef is -1"):
         make(PiecewisePPO, mean_reg_coef=-1.0)
     with pytest.raises(ConfigError, match="mean_reg_coef needs a Gaussian"):
         make(PiecewisePPO, mean_reg_coef=0.1, use_mixed_precision=True)
-
-
-def test_elu_network_has_the_gradient_that_autograd_finds():
-    torch.manual_seed(1)
-    reference = torch.nn.Sequential(
-        torch.nn.Linear(5, 7), torch.nn.ELU(), torch.nn.Linear(7, 6), torch.nn.ELU(), torch.nn.Linear(6, 2)
-    ).double()
-    ours = copy.deepcopy(reference)
-    x, weight = torch.randn(11, 5).double(), torch.randn(11, 2).double()
-    (reference(x) * weight).sum().backward()
-    params = [p for layer in ours if isinstance(layer, torch.nn.Linear) for p in (layer.weight, layer.bias)]
-    y = EluMlp.apply(x, *params)
-    (y * weight).sum().backward()
-    torch.testing.assert_close(y, reference(x))
-    for mine, theirs in zip(ours.parameters(), reference.parameters(), strict=True):
-        torch.testing.assert_close(mine.grad, theirs.grad)
 
 
 def test_pieces_cover_everything_once_and_know_nothing_of_threads():

@@ -22,6 +22,7 @@ from lift_lab_rl import distributed
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
 from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
+from lift_lab_rl.rsl_rl.ppo_loss import log_normaliser
 
 TRAIN = Path(__file__).parents[2] / "scripts" / "rsl_rl" / "train.py"
 SIZE = 2
@@ -103,7 +104,7 @@ def ppo_after_updates(envs, multi=None):
                 ppo.transition.actions = rewards[step] * 2.0 - 1.0
                 mean, std = ppo.transition.distribution_params
                 deviation = (ppo.transition.actions - mean) / std
-                ppo.transition.actions_log_prob = -0.5 * deviation.square().sum(-1) - ppo._log_normaliser(std[0])
+                ppo.transition.actions_log_prob = -0.5 * deviation.square().sum(-1) - log_normaliser(std[0])
                 done = (ends[step, :, 0] < 0.2).long()
                 ppo.process_env_step(obs, rewards[step, :, 0], done, {"time_outs": done.bool()})
             ppo.compute_returns(TensorDict({"policy": observed[6]}, batch_size=[len(envs)]))

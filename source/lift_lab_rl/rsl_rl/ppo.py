@@ -3,7 +3,9 @@
 rsl_rl's :class:`~rsl_rl.algorithms.PPO` stays the algorithm. Two of its steps are done differently here, with the
 same mathematics:
 
-- A minibatch's gradient is the sum of the gradients of its pieces (:class:`~lift_lab_rl.threads.PiecePool`).
+- A minibatch's gradient is the sum of the gradients of its pieces (:class:`~lift_lab_rl.threads.PiecePool`), of actor
+  and critic apart. The passes through the networks are in :mod:`~lift_lab_rl.rsl_rl.mlp_passes`, the loss and its
+  derivatives in :mod:`~lift_lab_rl.rsl_rl.ppo_loss`.
 - What does not change within an update (observation normalisation, the shuffled order of samples) is computed once
   instead of once an epoch, and the critic looks at a whole rollout at its end instead of at every step.
 
@@ -30,47 +32,14 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab_rl import distributed
 from lift_lab_rl.threads import PiecePool, piece_bounds
 
+from .mlp_passes import BLOCK_ROWS, DEVICE_BLOCK_ROWS, GradientSums, NetworkPasses
+from .ppo_loss import divergence, log_normaliser, policy_terms, value_terms
+
 PIECE_ROWS = 1536
-"""Samples in a piece. Large enough to keep matrix products efficient, small enough for the second-level cache."""
+"""Samples in a piece of the work that threads share, in an update and when the critic looks at a rollout."""
 
-
-class EluMlp(torch.autograd.Function):
-    """A multi-layer perceptron with ELU between its layers, forward and backward in as few passes as torch allows.
-
-    ``apply(x, weight_0, bias_0, weight_1, bias_1, ...)`` with x of shape (rows, inputs).
-    """
-
-    @staticmethod
-    def forward(ctx: Any, x: torch.Tensor, *params: torch.Tensor) -> torch.Tensor:
-        """Output of the last layer, shape (rows, outputs)."""
-        inputs = [x]
-        last = len(params) // 2 - 1
-        for layer in range(last + 1):
-            weight, bias = params[2 * layer], params[2 * layer + 1]
-            y = torch.addmm(bias, inputs[-1], weight.t())
-            if layer < last:
-                # elu(y) = max(y, exp(min(y, 0)) - 1)
-                negative = torch.clamp_max(y, 0.0).exp_().sub_(1.0)
-                inputs.append(torch.maximum(y, negative, out=negative))
-        ctx.save_for_backward(*inputs, *params[0::2])
-        return y
-
-    @staticmethod
-    def backward(ctx: Any, *grad_outputs: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
-        """Gradients of weights and biases; the input gets none."""
-        saved = ctx.saved_tensors
-        layers = len(saved) // 2
-        inputs, weights = saved[:layers], saved[layers:]
-        grad = grad_outputs[0]
-        grads: list[torch.Tensor | None] = []
-        for layer in reversed(range(layers)):
-            grads += [grad.sum(0), grad.t() @ inputs[layer]]
-            if layer:
-                grad = grad @ weights[layer]
-                # elu'(y) = 1 + min(elu(y), 0)
-                slope = torch.clamp_max(inputs[layer], 0.0)
-                grad = torch.addcmul(grad, grad, slope, out=slope)
-        return None, *reversed(grads)
+ACTING_ROWS = 256
+"""Environments in a piece when the policy acts."""
 
 
 class PiecewisePPO(PPO):
@@ -108,12 +77,17 @@ class PiecewisePPO(PPO):
         super().__init__(actor, critic, storage, **kwargs)
         on_cpu = torch.device(self.device).type == "cpu"
         self._pool = PiecePool(num_threads if on_cpu else 1)
-        self._piece_rows = PIECE_ROWS if on_cpu else 1 << 40
+        self._piece_rows, self._acting_rows = (PIECE_ROWS, ACTING_ROWS) if on_cpu else (1 << 40, 1 << 40)
+        self._block_rows = BLOCK_ROWS if on_cpu else DEVICE_BLOCK_ROWS
         self._params = self._parameters()
         if type(self.optimizer) is torch.optim.Adam:
             self.optimizer = torch.optim.Adam(self._params, lr=self.learning_rate, fused=True)
         self._time_outs = torch.zeros_like(self.storage.rewards)
         self._plain = self._is_plain()
+        if self._plain:
+            self._passes = {id(model): NetworkPasses(model.mlp) for model in (self._raw_actor, self._raw_critic)}
+            self._policy_sums: list[GradientSums] = []
+            self._value_sums: list[GradientSums] = []
         if not 0.0 <= mean_reg_coef < math.inf:
             raise ConfigError(f"agent.algorithm.mean_reg_coef is {mean_reg_coef}; it must be at least 0")
         if mean_reg_coef and not self._plain:
@@ -148,17 +122,36 @@ class PiecewisePPO(PPO):
         """
         if not self._plain:
             return super().act(obs)
-        actor, transition = self._raw_actor, self.transition
-        raw = torch.cat([obs[group] for group in actor.obs_groups], dim=-1)
+        transition = self.transition
         with torch.no_grad():
-            mean, std = _mlp(actor, actor.obs_normalizer(raw)), self._std()
+            mean, std = self._outputs(self._raw_actor, obs, self._acting_rows), self._std()
             noise = torch.randn_like(mean)
             transition.actions = torch.addcmul(mean, noise, std)
-            transition.actions_log_prob = -0.5 * noise.square().sum(-1) - self._log_normaliser(std)
+            transition.actions_log_prob = -0.5 * noise.square().sum(-1) - log_normaliser(std)
             transition.distribution_params = (mean, std.expand_as(mean))
         transition.values = self.storage.values[self.storage.step]
         transition.observations = obs
         return transition.actions
+
+    def _outputs(self, model: Any, obs: TensorDict, rows: int) -> torch.Tensor:
+        """A network's outputs for all samples, shape (samples, outputs), in pieces of about ``rows``."""
+        raw = _raw_input(model, obs)
+        bounds = piece_bounds(len(raw), rows)
+        network = self._passes[id(model)]
+
+        def piece(k: int) -> torch.Tensor:
+            with torch.no_grad():
+                passes, outputs = network.here(), []
+                for first, last in self._blocks(bounds[k]):
+                    outputs.append(passes.forward(model.obs_normalizer(raw[first:last])))
+                return torch.cat(outputs)
+
+        return torch.cat(self._pool.map(piece, len(bounds)))
+
+    def _blocks(self, bounds: tuple[int, int]) -> list[tuple[int, int]]:
+        """A piece, in blocks that go through the networks at once."""
+        start, end = bounds
+        return [(start + first, start + last) for first, last in piece_bounds(end - start, self._block_rows)]
 
     def process_env_step(
         self, obs: TensorDict, rewards: torch.Tensor, dones: torch.Tensor, extras: dict[str, torch.Tensor]
@@ -179,24 +172,12 @@ class PiecewisePPO(PPO):
         """Values of the whole rollout, bootstrapping on time-outs, then rsl_rl's generalized advantages."""
         if self._plain:
             st = self.storage
-            st.values.copy_(self._values_of(st.observations.flatten(0, 1)).view_as(st.values))
+            values = self._outputs(self._raw_critic, st.observations.flatten(0, 1), self._piece_rows)
+            st.values.copy_(values.view_as(st.values))
             st.rewards.addcmul_(st.values, self._time_outs, value=self.gamma)
         super().compute_returns(obs)
         if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
             self.storage.advantages = distributed.standardise(self.storage.returns - self.storage.values)
-
-    def _values_of(self, obs: TensorDict) -> torch.Tensor:
-        """The critic's values of all samples, shape (samples, 1)."""
-        critic = self._raw_critic
-        raw = torch.cat([obs[group] for group in critic.obs_groups], dim=-1)
-        bounds = piece_bounds(len(raw), self._piece_rows)
-
-        def piece(k: int) -> torch.Tensor:
-            first, last = bounds[k]
-            with torch.no_grad():
-                return _mlp(critic, critic.obs_normalizer(raw[first:last]))
-
-        return torch.cat(self._pool.map(piece, len(bounds)))
 
     # -- update
 
@@ -219,14 +200,32 @@ class PiecewisePPO(PPO):
                 losses, entropy = self._step(part)
                 totals += losses
                 entropy_sum += entropy
-        obs = self.storage.observations.flatten(0, 1)
-        with distributed.answers():  # rsl_rl's normalisation takes the samples of all processes
-            self._raw_actor.update_normalization(obs)
-            self._raw_critic.update_normalization(obs)
+        self._update_normalization()
         self.storage.clear()
         count = self.num_learning_epochs * self.num_mini_batches
         value, surrogate, kl = (totals / count).tolist()
         return {"value": value, "surrogate": surrogate, "entropy": entropy_sum.item() / count, "kl": kl}
+
+    def _update_normalization(self) -> None:
+        """Take the rollout's observations into the networks' normalisation, once where both are the same."""
+        obs, shared = self.storage.observations.flatten(0, 1), self._inputs_are_shared()
+        with distributed.answers():  # rsl_rl's normalisation takes the samples of all processes
+            self._raw_actor.update_normalization(obs)
+            if shared:
+                self._raw_critic.obs_normalizer.load_state_dict(self._raw_actor.obs_normalizer.state_dict())
+            else:
+                self._raw_critic.update_normalization(obs)
+
+    def _inputs_are_shared(self) -> bool:
+        """Whether actor and critic see the same numbers: the same groups of observations, normalised alike."""
+        actor, critic = self._raw_actor, self._raw_critic
+        ours, theirs = actor.obs_normalizer, critic.obs_normalizer
+        return (
+            actor.obs_groups == critic.obs_groups
+            and type(ours) is type(theirs)
+            and ours.training == theirs.training
+            and all(torch.equal(a, b) for a, b in zip(ours.buffers(), theirs.buffers(), strict=True))
+        )
 
     def _gather(self) -> dict[str, torch.Tensor]:
         """The rollout in the shuffled order of this update, observations normalised once for all epochs."""
@@ -235,94 +234,124 @@ class PiecewisePPO(PPO):
         order = torch.randperm(count, device=self.device)
         obs = st.observations.flatten(0, 1)
 
+        def shuffled(values: torch.Tensor) -> torch.Tensor:
+            return values.index_select(0, order)
+
         def network_input(model: Any) -> torch.Tensor:
             with torch.no_grad():
-                raw = torch.cat([obs[group] for group in model.obs_groups], dim=-1)
-                return model.obs_normalizer(raw[order])
+                return model.obs_normalizer(shuffled(_raw_input(model, obs)))
 
-        old_mean, old_std = (p.flatten(0, 1)[order] for p in st.distribution_params)
+        obs_actor = network_input(self._raw_actor)
         samples = {
-            "obs_actor": network_input(self._raw_actor),
-            "obs_critic": network_input(self._raw_critic),
-            "actions": st.actions.flatten(0, 1)[order],
-            "values": st.values.flatten()[order],
-            "returns": st.returns.flatten()[order],
-            "advantages": st.advantages.flatten()[order],
-            "old_log_prob": st.actions_log_prob.flatten()[order],
-            "old_mean": old_mean,
-            "old_std": old_std,
+            "obs_actor": obs_actor,
+            "obs_critic": obs_actor if self._inputs_are_shared() else network_input(self._raw_critic),
+            "actions": shuffled(st.actions.flatten(0, 1)),
+            "values": shuffled(st.values.flatten()),
+            "returns": shuffled(st.returns.flatten()),
+            "advantages": shuffled(st.advantages.flatten()),
+            "old_log_prob": shuffled(st.actions_log_prob.flatten()),
+            "old_mean": shuffled(st.distribution_params[0].flatten(0, 1)),
         }
         if self.normalize_advantage_per_mini_batch:
             parts = samples["advantages"].view(self.num_mini_batches, -1)
             samples["advantages"] = ((parts - parts.mean(1, True)) / (parts.std(1, keepdim=True) + 1e-8)).flatten()
         return samples
 
+    @torch.no_grad()
     def _step(self, batch: dict[str, torch.Tensor]) -> tuple[torch.Tensor, torch.Tensor]:
         """One optimiser step on one minibatch.
 
         Returns:
             Mean (value loss, surrogate loss, KL divergence) over the minibatch, and the policy's entropy.
         """
-        rows = len(batch["actions"])
-        bounds = piece_bounds(rows, self._piece_rows)
-        params = self._params
-
-        def piece(k: int) -> list[torch.Tensor]:
-            first, last = bounds[k]
-            with torch.enable_grad():
-                loss, stats = self._piece_loss({key: value[first:last] for key, value in batch.items()}, rows)
-                return [stats, *torch.autograd.grad(loss, params, allow_unused=True, materialize_grads=True)]
-
-        pieces = self._pool.map(piece, len(bounds))
-        total = pieces[0]
-        for other in pieces[1:]:
-            torch._foreach_add_(total, other)
-        if self.is_multi_gpu:
-            distributed.average_(total)
-        losses, *grads = total
+        bounds = piece_bounds(len(batch["actions"]), self._piece_rows)
         std = self._std()
-        entropy = self._log_normaliser(std) + 0.5 * len(std)
-        if self.entropy_coef != 0.0 and entropy.requires_grad:
-            param = next(iter(self._raw_actor.distribution.parameters()))
-            index = next(k for k, other in enumerate(params) if other is param)
-            grads[index] = grads[index] - self.entropy_coef * torch.autograd.grad(entropy, param)[0]
+        policy, value = self._sums_of(batch, bounds, std)
+        grad_std, surrogate, drift = policy.extra.split([len(std), 1, len(std)])
+        kl = divergence(std, self.storage.distribution_params[1][0, 0], drift)
         if self.desired_kl is not None and self.schedule == "adaptive":
-            self._adapt_learning_rate(losses[2].item())
-        for param, grad in zip(params, grads, strict=True):
-            param.grad = grad
-        nn.utils.clip_grad_norm_(self._raw_actor.parameters(), self.max_grad_norm, foreach=True)
-        nn.utils.clip_grad_norm_(self._raw_critic.parameters(), self.max_grad_norm, foreach=True)
+            self._adapt_learning_rate(kl.item())
+        grad_std -= self.entropy_coef / std  # of the entropy: its derivative by each deviation is one over it
+        std_param = self._std_by_parameter(grad_std)
+        grads, weights = {std_param: grad_std}, policy.vector[: -len(policy.extra)]
+        for model, sums in ((self._raw_actor, policy), (self._raw_critic, value)):
+            grads.update(zip(model.mlp.parameters(), sums.grads, strict=True))
+        for param in self._params:
+            param.grad = grads[param]
+        self._clip([weights, grad_std] if std_param.requires_grad else [weights])
+        self._clip([value.vector[: -len(value.extra)]])
         self.optimizer.step()
-        return losses, entropy.detach()
+        losses = torch.cat([value.extra, surrogate, kl.view(1)])
+        return losses, log_normaliser(std) + 0.5 * len(std)
 
-    def _piece_loss(self, piece: dict[str, torch.Tensor], rows: int) -> tuple[torch.Tensor, torch.Tensor]:
-        """A piece's share of the minibatch's loss (without the entropy bonus) and of its mean statistics."""
-        mean = _mlp(self._raw_actor, piece["obs_actor"])
-        values = _mlp(self._raw_critic, piece["obs_critic"]).squeeze(-1)
-        std = self._std()
-        # Surrogate loss
-        deviation = (piece["actions"] - mean) / std
-        log_prob = -0.5 * deviation.square().sum(-1) - self._log_normaliser(std)
-        ratio = torch.exp(log_prob - piece["old_log_prob"])
-        surrogate = -piece["advantages"] * ratio
-        clipped = -piece["advantages"] * ratio.clamp(1.0 - self.clip_param, 1.0 + self.clip_param)
-        surrogate_loss = torch.max(surrogate, clipped).sum() / rows
-        # Value function loss
-        value_errors = (values - piece["returns"]).square()
-        if self.use_clipped_value_loss:
-            near = piece["values"] + (values - piece["values"]).clamp(-self.clip_param, self.clip_param)
-            value_errors = torch.max(value_errors, (near - piece["returns"]).square())
-        value_loss = value_errors.sum() / rows
-        # Divergence of the new policy from the one that acted
-        with torch.no_grad():
-            old_mean, old_std = piece["old_mean"], piece["old_std"]
-            scaled = ((old_std / std).square() + ((old_mean - mean) / std).square() - 1.0) * 0.5
-            kl = (scaled - (old_std / std).log()).sum() / rows
-            stats = torch.stack([value_loss, surrogate_loss, kl])
-        loss = surrogate_loss + self.value_loss_coef * value_loss
-        if self.mean_reg_coef:
-            loss = loss + self.mean_reg_coef * mean.square().sum() / rows
-        return loss, stats
+    def _sums_of(
+        self, batch: dict[str, torch.Tensor], bounds: list[tuple[int, int]], std: torch.Tensor
+    ) -> tuple[GradientSums, GradientSums]:
+        """The minibatch's gradients, averaged over its samples.
+
+        Returns:
+            Of the actor, with the derivative by the standard deviations, the surrogate loss and the squared drift of
+            the mean action; of the critic, with the value loss.
+        """
+        while len(self._policy_sums) < len(bounds):
+            self._policy_sums.append(GradientSums(list(self._raw_actor.mlp.parameters()), 2 * len(std) + 1))
+            self._value_sums.append(GradientSums(list(self._raw_critic.mlp.parameters()), 1))
+
+        def job(number: int) -> None:
+            piece, of_critic = divmod(number, 2)
+            if of_critic:
+                self._value_piece(batch, bounds[piece], self._value_sums[piece])
+            else:
+                self._policy_piece(batch, bounds[piece], std, self._policy_sums[piece])
+
+        self._pool.map(job, 2 * len(bounds))
+        totals = []
+        for sums in (self._policy_sums, self._value_sums):
+            for other in sums[1 : len(bounds)]:
+                sums[0].vector += other.vector
+            sums[0].vector /= len(batch["actions"])
+            totals.append(sums[0])
+        if self.is_multi_gpu:
+            distributed.average_([sums.vector for sums in totals])
+        return totals[0], totals[1]
+
+    @torch.no_grad()
+    def _policy_piece(
+        self, batch: dict[str, torch.Tensor], bounds: tuple[int, int], std: torch.Tensor, sums: GradientSums
+    ) -> None:
+        """Gradients of the actor over a piece of a minibatch, summed over samples, into ``sums``."""
+        passes = self._passes[id(self._raw_actor)].here()
+        sums.vector.zero_()
+        for first, last in self._blocks(bounds):
+            terms = policy_terms(
+                passes.forward(batch["obs_actor"][first:last]),
+                std,
+                **{name: batch[name][first:last] for name in ("actions", "old_mean", "old_log_prob", "advantages")},
+                clip_param=self.clip_param,
+                mean_reg_coef=self.mean_reg_coef,
+            )
+            sums.extra += torch.cat([terms.grad_std, terms.surrogate.view(1), terms.drift])
+            passes.backward(terms.grad_mean, sums.grads)
+
+    @torch.no_grad()
+    def _value_piece(self, batch: dict[str, torch.Tensor], bounds: tuple[int, int], sums: GradientSums) -> None:
+        """Gradients of the critic over a piece of a minibatch, summed over samples, into ``sums``."""
+        passes = self._passes[id(self._raw_critic)].here()
+        sums.vector.zero_()
+        for first, last in self._blocks(bounds):
+            loss, grad = value_terms(
+                passes.forward(batch["obs_critic"][first:last]).squeeze(-1),
+                old_values=batch["values"][first:last],
+                returns=batch["returns"][first:last],
+                clip_param=self.clip_param if self.use_clipped_value_loss else None,
+            )
+            sums.extra += loss
+            passes.backward(grad.mul_(self.value_loss_coef).unsqueeze(-1), sums.grads)
+
+    def _clip(self, grads: list[torch.Tensor]) -> None:
+        """Shorten a network's gradient to ``max_grad_norm``."""
+        norm = torch.linalg.vector_norm(torch.stack([torch.linalg.vector_norm(grad) for grad in grads]))
+        torch._foreach_mul_(grads, (self.max_grad_norm / (norm + 1e-6)).clamp_(max=1.0))
 
     def _std(self) -> torch.Tensor:
         """Standard deviation of every action, shape (num_actions,), as rsl_rl's Gaussian clamps it."""
@@ -331,10 +360,20 @@ class PiecewisePPO(PPO):
             return distribution.log_std_param.clamp(*distribution.log_std_range).exp()
         return distribution.std_param.clamp(*distribution.std_range)
 
-    @staticmethod
-    def _log_normaliser(std: torch.Tensor) -> torch.Tensor:
-        """What makes a Gaussian's density integrate to one, as a logarithm; a scalar."""
-        return (std.log() + 0.5 * math.log(2 * math.pi)).sum()
+    def _std_by_parameter(self, grad: torch.Tensor) -> nn.Parameter:
+        """Turn the derivative by the standard deviations into that by the parameter they come from, in place.
+
+        Returns:
+            The parameter.
+        """
+        distribution = self._raw_actor.distribution
+        in_log = distribution.std_type == "log"
+        param = distribution.log_std_param if in_log else distribution.std_param
+        limited = param.clamp(*(distribution.log_std_range if in_log else distribution.std_range))
+        grad *= param == limited
+        if in_log:
+            grad *= limited.exp()
+        return param
 
     @property
     def action_std(self) -> float:
@@ -354,11 +393,7 @@ class PiecewisePPO(PPO):
             group["lr"] = self.learning_rate
 
 
-def _mlp(model: Any, x: torch.Tensor) -> torch.Tensor:
-    """The network's output for normalised inputs, shape (rows, outputs)."""
-    modules = list(model.mlp)
-    linear = [m for m in modules if isinstance(m, nn.Linear)]
-    between = [m for m in modules if not isinstance(m, nn.Linear)]
-    if len(between) == len(linear) - 1 and all(type(m) is nn.ELU and m.alpha == 1.0 for m in between):
-        return EluMlp.apply(x, *(p for layer in linear for p in (layer.weight, layer.bias)))  # type: ignore[return-value]
-    return model.mlp(x)
+def _raw_input(model: Any, obs: TensorDict) -> torch.Tensor:
+    """The observations that a network sees, not normalised, shape (samples, inputs)."""
+    groups = [obs[group] for group in model.obs_groups]
+    return groups[0] if len(groups) == 1 else torch.cat(groups, dim=-1)

@@ -163,11 +163,13 @@ class LiftLabRunner(OnPolicyRunner):
     def _iterate(self, obs: Any, total: int, progress: Progress | None) -> Any:
         """One rollout and one update; returns the observations that the next rollout starts from."""
         start = time.perf_counter()
+        same_device = torch.device(self.env.device) == torch.device(self.device)
         with torch.inference_mode():
             for _ in range(self.cfg["num_steps_per_env"]):
                 actions = self.alg.act(obs)
                 obs, rewards, dones, extras = self.env.step(actions.to(self.env.device))
-                obs, rewards, dones = obs.to(self.device), rewards.to(self.device), dones.to(self.device)
+                if not same_device:  # asking a TensorDict costs more than it looks
+                    obs, rewards, dones = obs.to(self.device), rewards.to(self.device), dones.to(self.device)
                 self.alg.process_env_step(obs, rewards, dones, extras)
                 intrinsic = self.alg.intrinsic_rewards if self.alg.rnd else None
                 self.logger.process_env_step(rewards, dones, extras, intrinsic)

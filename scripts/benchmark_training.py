@@ -1,0 +1,90 @@
+"""Where the time of a training iteration goes: CPU time of this process by part of the iteration."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from benchmark_profile import Clock, step_parts
+
+ENGINE = ("physics", "search for failures", "resets: kinematics")
+"""Parts of an environment step that are the engine's; the others are the environment's."""
+
+
+def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]]:
+    """(object, method, name of the part, or its names by the part that calls it), for rsl_rl's runner."""
+    from lift_lab_rl.rsl_rl.mlp_passes import AutogradPasses, EluPasses
+
+    algorithm, logger = runner.alg, runner.logger
+    step = [
+        (owner, method, "physics" if name in ENGINE else "environment: managers and resets")
+        for owner, method, name in step_parts(runner.env.unwrapped)
+    ]
+    passes = {"actor: noise, probabilities": "actor: network", "returns": "critic: network"}
+    return [
+        *step,
+        (runner.env, "step", "environment: managers and resets"),
+        (algorithm, "act", "actor: noise, probabilities"),
+        (algorithm, "process_env_step", "storage"),
+        (algorithm, "compute_returns", "returns"),
+        (logger, "process_env_step", "sums of episodes"),
+        (logger, "log_iteration", "logs"),
+        (runner, "_check_finite", "search for NaN"),
+        (algorithm, "update", "update: the rest"),
+        (algorithm, "_gather", "update: gathers"),
+        (algorithm, "_policy_piece", "update: loss"),
+        (algorithm, "_value_piece", "update: loss"),
+        (algorithm, "_clip", "update: clipping"),
+        (algorithm.optimizer, "step", "update: optimizer"),
+        (algorithm, "_update_normalization", "update: normalisation"),
+        *((kind, "forward", {**passes, "": "update: forward"}) for kind in (EluPasses, AutogradPasses)),
+        *((kind, "backward", "update: backward") for kind in (EluPasses, AutogradPasses)),
+    ]
+
+
+def profile_training(env: Any, agent_cfg: Any, iterations: int) -> dict[str, float]:
+    """CPU seconds a training iteration by part, the largest first; from a new policy, with episodes of all ages.
+
+    Args:
+        env: environment on the CPU.
+        agent_cfg: agent of rsl_rl; the learner gets one thread, so that no two of its parts run at once.
+        iterations: iterations to measure, after one that is not counted.
+    """
+    import torch
+
+    from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
+
+    agent_cfg.num_threads = 1
+    with torch.inference_mode():  # in which the environment has been stepped
+        wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
+    runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), device="cpu")
+    runner.learn(1, init_at_random_ep_len=True)
+    with contextlib.ExitStack() as stack:
+        clock = Clock()
+        for owner, method, name in training_parts(runner):
+            stack.enter_context(_counted(clock, owner, method, name))
+        clock.restart()
+        runner.learn(iterations)
+        clock.tick()
+    return dict(sorted(((k, v / iterations) for k, v in clock.seconds.items()), key=lambda item: -item[1]))
+
+
+@contextlib.contextmanager
+def _counted(clock: Clock, owner: Any, method: str, name: str | Mapping[str, str]) -> Iterator[None]:
+    """Count the time in a method of an object, or of all objects of a class, while the body runs."""
+    original, own = getattr(owner, method), method in vars(owner)
+    names = {"": name} if isinstance(name, str) else name
+
+    def call(*args: Any, **kwargs: Any) -> Any:
+        with clock.part(names.get(clock.running, names[""])):
+            return original(*args, **kwargs)
+
+    setattr(owner, method, call)
+    try:
+        yield
+    finally:
+        if own:
+            setattr(owner, method, original)
+        else:
+            delattr(owner, method)

@@ -1,0 +1,172 @@
+"""Passes of a multi-layer perceptron through blocks of samples: forward, and the gradients of its parameters.
+
+At the sizes of these networks half the time of autograd's passes goes to memory: fresh arrays for every intermediate
+result, which the system hands over page by page, and passes over arrays that have left the second-level cache. Here a
+thread keeps its arrays, and a block is small enough for them to stay in the cache.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import torch
+from torch import nn
+
+BLOCK_ROWS = 512
+"""Samples in a block on a CPU: large enough for efficient matrix products, small enough for the second-level cache."""
+
+DEVICE_BLOCK_ROWS = 1 << 15
+"""Samples in a block on another device, where only the memory for intermediate results sets a limit."""
+
+
+class EluPasses:
+    """Of a network with ELU (alpha 1) between its layers, in arrays that are used again and again.
+
+    For one thread at a time. Gradients are off in here: call within ``torch.no_grad()`` or inference mode.
+    """
+
+    def __init__(self, layers: Sequence[nn.Linear]):
+        """Allocate nothing yet.
+
+        Args:
+            layers: of the network, from its input to its output.
+        """
+        self._layers = list(layers)
+        self._widths = [layer.out_features for layer in layers[:-1]]
+        self._rows = 0
+        self._memory: list[torch.Tensor] = []
+        self._arrays: dict[int, list[tuple[torch.Tensor, torch.Tensor]]] = {}
+        self._inputs: list[torch.Tensor] = []
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """The network's output.
+
+        Args:
+            x: shape (rows, inputs); kept until :meth:`backward`.
+
+        Returns:
+            A new tensor of shape (rows, outputs).
+        """
+        self._inputs = [x]
+        for layer, (hidden, spare) in zip(self._layers, self._arrays_for(x), strict=False):
+            y = torch.addmm(layer.bias, self._inputs[-1], layer.weight.t(), out=hidden)
+            # elu(y) = max(y, exp(min(y, 0)) - 1)
+            torch.clamp_max(y, 0.0, out=spare).exp_().sub_(1.0)
+            self._inputs.append(torch.maximum(y, spare, out=hidden))
+        last = self._layers[-1]
+        return torch.addmm(last.bias, self._inputs[-1], last.weight.t())
+
+    def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
+        """Add the gradients of the last forward pass.
+
+        Args:
+            grad: of the loss by the output, shape (rows, outputs).
+            sums: what the gradients are added to, in the order of ``parameters()``: a weight, its bias, ...
+        """
+        arrays = self._arrays_for(self._inputs[0])
+        for k in reversed(range(len(self._layers))):
+            sums[2 * k].addmm_(grad.t(), self._inputs[k])
+            sums[2 * k + 1].add_(grad.sum(0))
+            if k:
+                hidden, spare = arrays[k - 1]
+                torch.mm(grad, self._layers[k].weight, out=spare)
+                # elu'(y) = 1 + min(elu(y), 0)
+                grad = torch.addcmul(spare, spare, hidden.clamp_max_(0.0), out=hidden)
+
+    def _arrays_for(self, x: torch.Tensor) -> list[tuple[torch.Tensor, torch.Tensor]]:
+        """For each hidden layer one for its output, later its gradient, and a spare one, which all layers share."""
+        rows = len(x)
+        if rows not in self._arrays:
+            with torch.inference_mode(False):  # arrays of inference mode could not be written to outside of it
+                if rows > self._rows:
+                    self._rows = rows
+                    self._memory = [
+                        x.new_empty(rows * width) for width in (*self._widths, max(self._widths, default=0))
+                    ]
+                    self._arrays.clear()
+                *hidden, spare = self._memory
+                self._arrays[rows] = [
+                    (own[: rows * width].view(rows, width), spare[: rows * width].view(rows, width))
+                    for own, width in zip(hidden, self._widths, strict=True)
+                ]
+        return self._arrays[rows]
+
+
+class AutogradPasses:
+    """Of any network, by torch's automatic differentiation."""
+
+    def __init__(self, network: nn.Module):
+        """Keep the network.
+
+        Args:
+            network: maps (rows, inputs) to (rows, outputs).
+        """
+        self._network = network
+        self._output: torch.Tensor | None = None
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """As :meth:`EluPasses.forward`."""
+        with torch.enable_grad():
+            self._output = self._network(x)
+        return self._output.detach()
+
+    def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
+        """As :meth:`EluPasses.backward`."""
+        assert self._output is not None
+        grads = torch.autograd.grad(self._output, list(self._network.parameters()), grad)
+        torch._foreach_add_(list(sums), grads)
+        self._output = None
+
+
+class NetworkPasses:
+    """A network's passes for any number of threads: each gets arrays of its own."""
+
+    def __init__(self, network: nn.Sequential):
+        """Look at the network.
+
+        Args:
+            network: linear layers with activations between them.
+        """
+        self._network = network
+        self._local = threading.local()
+        self._layers = [module for module in network if isinstance(module, nn.Linear)]
+        between = [module for module in network if not isinstance(module, nn.Linear)]
+        self.by_hand = (
+            len(between) == len(self._layers) - 1
+            and all(type(module) is nn.ELU and module.alpha == 1.0 for module in between)
+            and all(layer.bias is not None for layer in self._layers)
+        )
+        """Whether the passes are this module's rather than automatic differentiation's."""
+
+    def here(self) -> EluPasses | AutogradPasses:
+        """The passes of the calling thread."""
+        passes: Any = getattr(self._local, "passes", None)
+        if passes is None:
+            passes = EluPasses(self._layers) if self.by_hand else AutogradPasses(self._network)
+            self._local.passes = passes
+        return passes
+
+
+class GradientSums:
+    """Sums over samples that a pass adds to: the gradients of a network's parameters and a few numbers besides.
+
+    Attributes:
+        vector: all of it in one row, so that sums are added, averaged and scaled in one go.
+        grads: a view of ``vector`` for each parameter, in the shape of the parameter.
+        extra: the numbers besides, the last of ``vector``, shape (count,).
+    """
+
+    def __init__(self, params: Sequence[nn.Parameter], extra: int):
+        """All zero.
+
+        Args:
+            params: the network's parameters.
+            extra: how many numbers besides.
+        """
+        sizes = [param.numel() for param in params]
+        with torch.inference_mode(False):
+            self.vector = torch.zeros(sum(sizes) + extra, dtype=params[0].dtype, device=params[0].device)
+        *grads, self.extra = self.vector.split([*sizes, extra])
+        self.grads = [grad.view_as(param) for grad, param in zip(grads, params, strict=True)]
