@@ -109,7 +109,7 @@ class MovableAsset(AssetBase):
     def write_root_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
         """Set pose and centre-of-mass velocity of the root, shape (n, 13), world frame."""
         self.write_root_pose_to_sim(root_state[:, :7], env_ids)
-        self.write_root_velocity_to_sim(root_state[:, 7:], env_ids)
+        self._write_root_velocity(root_state[:, 7:], env_ids, at_com=True, quat=root_state[:, 3:7])
 
     def write_root_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
         """Set the root's link pose.
@@ -175,18 +175,24 @@ class MovableAsset(AssetBase):
         self.write_root_com_pose_to_sim(root_state[:, :7], env_ids)
         self.write_root_velocity_to_sim(root_state[:, 7:], env_ids)
 
-    def _write_root_velocity(self, vel_w: torch.Tensor, env_ids: EnvIds, at_com: bool) -> None:
+    def _write_root_velocity(
+        self, vel_w: torch.Tensor, env_ids: EnvIds, at_com: bool, quat: torch.Tensor | None = None
+    ) -> None:
+        """Write a velocity of the centre of mass or of the origin; ``quat`` is the root's orientation, if known."""
         if self._vadr is None or self._qadr is None:
             return
         ids = self._env_ids(env_ids)
-        qpos = self._physics.field("qpos")
-        quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
-        lin, ang = vel_w[:, :3], vel_w[:, 3:]
+        if quat is None:
+            qpos = self._physics.field("qpos")
+            quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
+        lin, ang = vel_w.split_with_sizes((3, 3), dim=-1)
         if at_com and not self._data._root_com_is_origin:
             com_b = self._data._com_b[:, 0]
             arm_w = math_utils.quat_apply(quat, com_b if ids is None else com_b[ids])
             lin = lin - torch.linalg.cross(ang, arm_w)
-        qvel = torch.cat((lin, math_utils.quat_apply_inverse(quat, ang)), dim=-1)
+        if self._physics.device.type != "cpu" or bool(ang.any()):  # on a GPU the question would cost more than it saves
+            ang = math_utils.quat_apply_inverse(quat, ang)
+        qvel = torch.cat((lin, ang), dim=-1)
         self._physics.write("qvel", qvel, ids, slice(self._vadr, self._vadr + 6))
         self._data.invalidate()
 

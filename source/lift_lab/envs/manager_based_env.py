@@ -16,6 +16,7 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.seed import configure_seed
 
 from .common import VecEnvObs
+from .grad_mode import in_any_grad_mode
 from .manager_based_env_cfg import ManagerBasedEnvCfg
 
 if TYPE_CHECKING:
@@ -163,6 +164,7 @@ class ManagerBasedEnv:
         """Seed torch, numpy and random; -1 draws a seed. Returns the seed."""
         return configure_seed(seed)
 
+    @in_any_grad_mode
     def reset(
         self,
         seed: int | None = None,
@@ -186,6 +188,7 @@ class ManagerBasedEnv:
         self._reset_idx(ids)
         return self._after_reset(ids)
 
+    @in_any_grad_mode
     def reset_to(
         self,
         state: dict[str, dict[str, dict[str, torch.Tensor]]],
@@ -212,6 +215,7 @@ class ManagerBasedEnv:
         self.scene.reset_to(state, ids, is_relative=is_relative)
         return self._after_reset(ids)
 
+    @in_any_grad_mode
     def step(self, action: torch.Tensor) -> tuple[VecEnvObs, dict[str, Any]]:
         """Advance by one environment step.
 

@@ -12,9 +12,11 @@ import torch
 from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.read_back import where_true
+from lift_lab.utils.rows import fill_rows
 
 from .common import VecEnvStepReturn
 from .filming import render_view
+from .grad_mode import in_any_grad_mode
 from .manager_based_env import ManagerBasedEnv
 from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
 
@@ -136,6 +138,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
     # -- running
 
+    @in_any_grad_mode
     def step(self, action: torch.Tensor) -> VecEnvStepReturn:  # type: ignore[override]
         """Advance by one environment step and reset the environments whose episode ended.
 
@@ -266,7 +269,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         for kind, count in self._failure_counts.items():
             log[f"Metrics/physics/{kind}"] = count
             self._failure_counts[kind] = 0.0
-        self.episode_length_buf[env_ids] = 0
+        fill_rows(self.episode_length_buf, env_ids, 0)
 
 
 def _unbounded(shape: tuple[int, ...]) -> gym.spaces.Box:

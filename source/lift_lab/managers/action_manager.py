@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.rows import fill_rows
 
 from ._table import render_table
 from ._term_managers import DebugVisTerm, ObjectTermManager
@@ -143,8 +144,8 @@ class ActionManager(ObjectTermManager):
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Zero both actions of some environments and reset the terms; logs nothing."""
         ids = slice(None) if env_ids is None else env_ids
-        self._action[ids] = 0.0
-        self._prev_action[ids] = 0.0
+        fill_rows(self._action, ids, 0.0)
+        fill_rows(self._prev_action, ids, 0.0)
         for term in self._terms.values():
             term.reset(env_ids=ids)
         return {}

@@ -56,7 +56,7 @@ class CommandTerm(DebugVisTerm, ABC):
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
         extras = {}
         if self.metrics:
-            means = torch.stack([value.index_select(0, ids) for value in self.metrics.values()]).mean(dim=1)
+            means = torch.stack(list(self.metrics.values())).index_select(1, ids).mean(dim=1)
             extras = dict(zip(self.metrics, means.unbind(), strict=True))
             for value in self.metrics.values():
                 value.index_fill_(0, ids, 0.0)
@@ -106,7 +106,7 @@ class CommandTerm(DebugVisTerm, ABC):
             drawn_s = torch.empty(len(env_ids), device=self.device).uniform_(*self.cfg.resampling_time_range)
             self.time_left[env_ids] = drawn_s
             self._resample_command(env_ids)
-            self.command_counter[env_ids] += 1
+            self.command_counter.index_add_(0, env_ids, torch.ones_like(env_ids))
 
     @abstractmethod
     def _update_metrics(self) -> None:

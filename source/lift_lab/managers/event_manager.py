@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.rows import fill_rows
 
 from ._table import render_table
 from .manager_base import EnvIds, Foretold, ManagerBase, ManagerTermBase, as_env_id_tensor
@@ -218,7 +219,7 @@ class EventManager(ManagerBase):
                 if len(chosen) == 0:
                     continue
                 fired_once[chosen] = True
-            last_step[chosen] = step
+            fill_rows(last_step, chosen, step)
             self._call(cfg, chosen)
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:

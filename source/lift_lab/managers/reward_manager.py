@@ -8,7 +8,7 @@ import torch
 
 from ._table import render_table
 from ._term_managers import FunctionTermManager
-from .manager_base import EnvIds
+from .manager_base import EnvIds, as_env_id_tensor
 from .manager_term_cfg import RewardTermCfg
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class RewardManager(FunctionTermManager):
         self._values_by_env = self._values.t()
         self._sums = torch.zeros(shape, device=self.device)
         self._episode_sums = dict(zip(self._term_names, self._sums, strict=True))
+        self._log_names = [f"Episode_Reward/{name}" for name in self._term_names]
         self._skipped = torch.zeros(self.num_envs, device=self.device)
         self._shape = self._skipped.shape
         self._factors: list[float] = []
@@ -102,11 +103,11 @@ class RewardManager(FunctionTermManager):
             ``Episode_Reward/{term}``: mean over the environments of the episode's sum of ``value * weight *
             dt``, divided by the configured episode length in seconds. 0-dim tensors.
         """
-        ids = slice(None) if env_ids is None else env_ids
-        means = self._sums[:, ids].mean(dim=1) / self._env.max_episode_length_s
-        self._sums[:, ids] = 0.0
-        self._reset_class_terms(ids)
-        return {f"Episode_Reward/{name}": mean for name, mean in zip(self._term_names, means.unbind(), strict=True)}
+        ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
+        means = self._sums.index_select(1, ids).mean(dim=1) / self._env.max_episode_length_s
+        self._sums.index_fill_(1, ids, 0.0)
+        self._reset_class_terms(slice(None) if env_ids is None else env_ids)
+        return dict(zip(self._log_names, means.unbind(), strict=True))
 
     def episode_sum(self, term_name: str) -> torch.Tensor:
         """The sum of ``value * weight * dt`` of a term over the episode so far, shape (num_envs,).

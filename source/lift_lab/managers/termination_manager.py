@@ -32,6 +32,7 @@ class TerminationManager(FunctionTermManager):
         # a row for each term
         self._fired = torch.zeros(len(self._term_names), self.num_envs, dtype=torch.bool, device=self.device)
         self._ended_last_episode = self._fired.clone()
+        self._log_names = [f"Episode_Termination/{name}" for name in self._term_names]
         self._dones = self._truncated = self._terminated = self._none
 
     def __str__(self) -> str:
@@ -109,10 +110,7 @@ class TerminationManager(FunctionTermManager):
         """
         fractions = self._ended_last_episode.float().mean(dim=1)
         self._reset_class_terms(slice(None) if env_ids is None else env_ids)
-        return {
-            f"Episode_Termination/{name}": fraction
-            for name, fraction in zip(self._term_names, fractions.unbind(), strict=True)
-        }
+        return dict(zip(self._log_names, fractions.unbind(), strict=True))
 
     def get_term(self, name: str) -> torch.Tensor:
         """What a term returned last. Shape is (num_envs,).

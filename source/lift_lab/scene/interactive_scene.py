@@ -64,6 +64,8 @@ class InteractiveScene:
         self._deformable_objects: dict[str, DeformableObject] = {}
         self._statics: dict[str, AssetBase] = {}
         self._sensors: dict[str, SensorBase] = {}
+        self._movables: dict[str, Articulation | RigidObject | DeformableObject] = {}
+        self._entities: dict[str, Any] = {}
         self._terrain: TerrainImporterCfg | None = None
         self._terrain_field = ""
         if cfg.clone_in_fabric:
@@ -94,15 +96,14 @@ class InteractiveScene:
                 self._deformable_objects[name] = asset
             else:
                 self._statics[name] = asset
+        self._movables = {**self._articulations, **self._rigid_objects, **self._deformable_objects}
         for name, cfg in entities:
             if isinstance(cfg, SensorBaseCfg):
                 sensor = cfg.class_type(cfg)
                 sensor.build(self.spec, name, self._prim_paths)
                 self._sensors[name] = sensor
-
-    @property
-    def _movables(self) -> dict[str, Articulation | RigidObject | DeformableObject]:
-        return {**self._articulations, **self._rigid_objects, **self._deformable_objects}
+        terrain = {} if self._terrain is None else {"terrain": self._terrain}
+        self._entities = {**terrain, **self._movables, **self._sensors, **self._statics}
 
     @property
     def _prim_paths(self) -> dict[str, str]:
@@ -183,11 +184,10 @@ class InteractiveScene:
 
     def keys(self) -> list[str]:
         """Names of all entities."""
-        terrain = ["terrain"] if self._terrain is not None else []
-        return [*terrain, *self._movables, *self._sensors, *self._statics]
+        return list(self._entities)
 
     def __contains__(self, key: str) -> bool:
-        return key in self.keys()
+        return key in self._entities
 
     def __getitem__(self, key: str) -> Any:
         """The entity called ``key``.
@@ -195,12 +195,10 @@ class InteractiveScene:
         Raises:
             NotFoundError: there is none.
         """
-        for group in (self._movables, self._sensors, self._statics):
-            if key in group:
-                return group[key]
-        if key == "terrain" and self._terrain is not None:
-            return self._terrain
-        raise NotFoundError(f"the scene has no entity '{key}'; {suggest(key, self.keys())}")
+        entity = self._entities.get(key)
+        if entity is None:
+            raise NotFoundError(f"the scene has no entity '{key}'; {suggest(key, self.keys())}")
+        return entity
 
     def __str__(self) -> str:
         lines = [f"Scene of {self.num_envs} environments, {self.cfg.env_spacing} m apart:"]

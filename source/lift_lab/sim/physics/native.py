@@ -94,6 +94,8 @@ class NativePhysics(Physics):
         self._forces_unchecked = False  # whether accelerations were computed outside of step(), which checks them
         self._unharmed = Health(*(torch.zeros(num_envs, dtype=torch.bool) for _ in range(2)), none_failed=True)
         self._model_of_env: mujoco.MjModel | None = None
+        self._warnings = self._batch.warning[:, :, 1]  # how often each was given
+        self._last_ids: tuple[torch.Tensor | None, np.ndarray] = (None, np.zeros(0, int))
         self._silence_warnings(slice(None))
 
     @property
@@ -123,7 +125,8 @@ class NativePhysics(Physics):
         if stage != Stage.NONE:
             needed = max(column_stages, default=stage) if column_stages is not None else stage
             self._call(lambda: self._batch.forward(stage=int(needed)))
-        mirror.sync(Stage.ACC)
+        with _lossy():
+            mirror.sync(Stage.ACC)
         return mirror
 
     def write(
@@ -133,23 +136,23 @@ class NativePhysics(Physics):
         env_ids: torch.Tensor | Sequence[int] | None = None,
         cols: slice | torch.Tensor | Sequence[int] | None = None,
     ) -> None:
-        self._check_state_field(name)
+        if name not in self._state:
+            self._check_state_field(name)
         target = self._state[name]
-        rows = _ALL if env_ids is None else _numpy_ids(env_ids)
+        rows = _ALL if env_ids is None else self._numpy_env_ids(env_ids)
         columns = cols if isinstance(cols, slice) else _ALL if cols is None else _numpy_ids(cols)
         shape = _length(rows, target.shape[0]), _length(columns, target.shape[1])
         if not isinstance(rows, slice) and not isinstance(columns, slice):
             rows = rows[:, None]
         if not isinstance(values, torch.Tensor):
             values = torch.as_tensor(values, dtype=torch.float64)
-        if values.requires_grad or values.device.type != "cpu":
-            values = values.detach().cpu()
         if values.shape != shape:
             values = broadcast_rows(name, values, *shape)
-        source = values.numpy()
+        source = values.numpy(force=True)
         target[rows, columns] = source
-        if name in self._mirrors:
-            self._mirrors[name].write(rows, columns, source)
+        mirror = self._mirrors.get(name)
+        if mirror is not None:
+            mirror.write(rows, columns, source)
 
     # -- dynamics
 
@@ -158,7 +161,7 @@ class NativePhysics(Physics):
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
         self._looked = False
         self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
-        with np.errstate(over="ignore"):
+        with _lossy():
             for mirror in self._advanced:
                 mirror.copy_all()
 
@@ -175,9 +178,10 @@ class NativePhysics(Physics):
         if stage == Stage.ACC:
             self._forces_unchecked = True
         self._call(lambda: self._batch.forward(ids, stage=int(stage)))
-        for mirror in self._mirrors.values():
-            if mirror.stage != Stage.NONE:
-                mirror.sync(stage, ids)
+        with _lossy():
+            for mirror in self._mirrors.values():
+                if mirror.stage != Stage.NONE:
+                    mirror.sync(stage, ids)
 
     def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         ids = self._sorted_ids(env_ids)
@@ -187,11 +191,12 @@ class NativePhysics(Physics):
             self._collect_failures()
         self._call(lambda: self._batch.reset(ids, stage=int(Stage.NONE)))
         self._silence_warnings(slice(None) if ids is None else ids)
-        for mirror in self._mirrors.values():
-            if mirror.stage == Stage.NONE:
-                mirror.sync(Stage.NONE, ids)
-            else:
-                mirror.clear_forces(ids)
+        with _lossy():
+            for mirror in self._mirrors.values():
+                if mirror.stage == Stage.NONE:
+                    mirror.sync(Stage.NONE, ids)
+                else:
+                    mirror.clear_forces(ids)
 
     # -- model
 
@@ -238,8 +243,17 @@ class NativePhysics(Physics):
         """Ascending and unique, as the batch asks; None for all."""
         if env_ids is None:
             return None
-        ids = _numpy_ids(env_ids)
-        return ids if (ids[1:] > ids[:-1]).all() else np.unique(ids)
+        ids = self._numpy_env_ids(env_ids)
+        return ids if len(ids) < 2 or (ids[1:] > ids[:-1]).all() else np.unique(ids)
+
+    def _numpy_env_ids(self, env_ids: torch.Tensor | Sequence[int]) -> np.ndarray:
+        """A reset asks many times with one tensor, so the last answer is kept: an array in the tensor's memory."""
+        last, ids = self._last_ids
+        if last is None or env_ids is not last:
+            ids = _numpy_ids(env_ids)
+            if isinstance(env_ids, torch.Tensor) and env_ids.is_cpu and env_ids.dtype == torch.long:
+                self._last_ids = env_ids, ids
+        return ids
 
     def _call(self, function: Callable[[], None]) -> None:
         """Run a batch call; environments in which MuJoCo raised keep their state and are marked as failed."""
@@ -254,18 +268,18 @@ class NativePhysics(Physics):
 
     def _silence_warnings(self, rows: slice | np.ndarray) -> None:
         """Start every warning counter at one: MuJoCo prints and logs to a file only when it leaves zero."""
-        self._batch.warning[rows, :, 1] = 1
+        self._warnings[rows] = 1
 
     def _collect_failures(self) -> None:
         """Move what MuJoCo warned of since the last look and what the state shows into the failure flags."""
-        raised = self._batch.warning[:, :, 1].max() > 1
+        raised = self._warnings.max() > 1
         if not raised and not self._forces_unchecked and self._moves_within_bounds():
             return
         self._forces_unchecked = False
         # one comparison finds NaN, infinity and huge values alike
         self._nonfinite |= ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
         if raised:
-            warned = self._batch.warning[:, :, 1] > 1
+            warned = self._warnings > 1
             self._nonfinite |= warned[:, self._failing].any(1)
             self._overflow |= warned[:, _OVERFLOW_WARNINGS].any(1)
             self._silence_warnings(_ALL)
@@ -306,32 +320,37 @@ class _Mirror:
         if values.dtype == np.float32:
             self.array[rows, columns] = values
             return
-        with np.errstate(over="ignore"):
+        with _lossy():
             self.array[rows, columns] = values
 
     def copy_all(self) -> None:
-        """Copy everything; the caller ignores overflows."""
+        """Copy everything; overflows are the caller's to ignore."""
         np.copyto(self.array, self._source, casting="same_kind")
 
     def sync(self, stage: Stage, ids: np.ndarray | None = None) -> None:
-        """Copy the columns that are current once `stage` has been computed, of some environments or all."""
+        """Copy the columns that are current once `stage` has been computed, of some environments or all; overflows
+        are the caller's to ignore."""
         if self._lowest > stage:
             return
-        with np.errstate(over="ignore"):  # a diverged value may exceed float32
-            if self._highest > stage:
-                rows = np.arange(len(self.array)) if ids is None else ids
-                index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
-                self.array[index] = self._source[index]
-            elif ids is None:
-                self.copy_all()
-            else:
-                self.array[ids] = self._source[ids]
+        if self._highest > stage:
+            rows = np.arange(len(self.array)) if ids is None else ids
+            index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
+            self.array[index] = self._source[index]
+        elif ids is None:
+            self.copy_all()
+        else:
+            self.array[ids] = self._source[ids]
 
     def clear_forces(self, ids: np.ndarray | None) -> None:
         """Zero the force-dependent columns: they belonged to a state that is gone."""
         if self._highest == Stage.ACC:
             rows = np.arange(len(self.array)) if ids is None else ids
             self.array[np.ix_(rows, np.flatnonzero(self._column_stages == Stage.ACC))] = 0.0
+
+
+def _lossy() -> np.errstate:
+    """While copies to float32 are made: a diverged value may exceed it."""
+    return np.errstate(over="ignore")
 
 
 def _numpy_ids(ids: torch.Tensor | Sequence[int]) -> np.ndarray:

@@ -71,7 +71,8 @@ def _rotation_terms(
     real, imaginary = torch.split_with_sizes(quat, (1, 3), -1)
     if imaginary.shape != vec.shape:
         imaginary, vec = torch.broadcast_tensors(imaginary, vec)
-    return real, imaginary, vec, 2.0 * torch.linalg.cross(imaginary, vec)
+    cross = torch.linalg.cross(imaginary, vec)
+    return real, imaginary, vec, cross + cross
 
 
 quat_rotate = quat_apply

@@ -9,6 +9,7 @@ import torch
 
 from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.rows import fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .._tensors import compact_index
@@ -48,7 +49,7 @@ class BinaryJointAction(ActionTerm):
         self._open_command = self._command("open_command_expr", cfg.open_command_expr)
         self._close_command = self._command("close_command_expr", cfg.close_command_expr)
         self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
-        self._was_open = torch.ones(self.num_envs, 1, dtype=torch.bool, device=self.device)
+        self._was_closed = torch.zeros(self.num_envs, 1, dtype=torch.bool, device=self.device)
         self._steps_closing = torch.full((self.num_envs, 1), _LONG_AGO, device=self.device)
         self._min_close_steps = torch.zeros((), device=self.device)
         self.set_min_close_time(cfg.min_close_time_s)
@@ -86,23 +87,23 @@ class BinaryJointAction(ActionTerm):
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Choose the open or closed targets."""
-        self._raw_actions[:] = actions
-        is_open = self._is_open(actions) & (self._steps_closing >= self._min_close_steps)
-        self._steps_closing = torch.where(self._was_open & ~is_open, 1, self._steps_closing + 1)
-        self._was_open = is_open
-        self._processed_actions = torch.where(is_open, self._open_command, self._close_command)
+        self._raw_actions.copy_(actions)
+        is_closed = self._is_closed(actions) | (self._steps_closing < self._min_close_steps)
+        self._steps_closing += 1
+        self._steps_closing.masked_fill_(is_closed > self._was_closed, 1)  # of booleans, > is "and not"
+        self._was_closed = is_closed
+        self._processed_actions = torch.where(is_closed, self._close_command, self._open_command)
         if self._clip is not None:
             self._processed_actions = self._processed_actions.clamp(*self._clip)
 
-    def _is_open(self, actions: torch.Tensor) -> torch.Tensor:
-        return actions if actions.dtype == torch.bool else ~(actions < 0)
+    def _is_closed(self, actions: torch.Tensor) -> torch.Tensor:
+        return ~actions if actions.dtype == torch.bool else actions < 0
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
         """Forget the raw action of some environments, and when they closed."""
-        ids = slice(None) if env_ids is None else env_ids
-        self._raw_actions[ids] = 0.0
-        self._was_open[ids] = True
-        self._steps_closing[ids] = _LONG_AGO
+        fill_rows(self._raw_actions, env_ids, 0.0)
+        fill_rows(self._was_closed, env_ids, False)
+        fill_rows(self._steps_closing, env_ids, _LONG_AGO)
 
 
 class BinaryJointPositionAction(BinaryJointAction):
@@ -130,7 +131,5 @@ class AbsBinaryJointPositionAction(BinaryJointPositionAction):
 
     cfg: actions_cfg.AbsBinaryJointPositionActionCfg
 
-    def _is_open(self, actions: torch.Tensor) -> torch.Tensor:
-        if self.cfg.positive_threshold:
-            return actions > self.cfg.threshold
-        return actions < self.cfg.threshold
+    def _is_closed(self, actions: torch.Tensor) -> torch.Tensor:
+        return ~(actions > self.cfg.threshold if self.cfg.positive_threshold else actions < self.cfg.threshold)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.managers import ActionTerm
+from lift_lab.utils.rows import fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .._tensors import columns, compact_index
@@ -86,14 +87,14 @@ class JointAction(ActionTerm):
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action."""
-        self._raw_actions[:] = actions
+        self._raw_actions.copy_(actions)
         self._processed_actions = self._raw_actions * self._scale + self._offset
         if self._clip is not None:
             self._processed_actions = self._processed_actions.clamp(*self._clip)
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
         """Forget the raw action of some environments."""
-        self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
+        fill_rows(self._raw_actions, env_ids, 0.0)
 
 
 class JointPositionAction(JointAction):

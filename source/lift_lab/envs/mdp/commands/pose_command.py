@@ -54,6 +54,7 @@ class UniformPoseCommand(CommandTerm):
         self.pose_command_b = torch.zeros(self.num_envs, 7, device=self.device)
         self.pose_command_b[:, 3] = 1.0
         self.pose_command_w = self.pose_command_b.clone()
+        self._no_rotation = math_utils.default_orientation(1, self.device)
         self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
         self.metrics["orientation_error"] = torch.zeros(self.num_envs, device=self.device)
 
@@ -71,13 +72,13 @@ class UniformPoseCommand(CommandTerm):
         data = self.robot.data
         if not self.robot.is_fixed_base:
             self._update_world_pose(slice(None))
-        wanted = self.pose_command_w
-        distance = torch.linalg.vector_norm(wanted[:, :3] - data.body_pos_w[:, self.body_idx], dim=-1)
+        wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
+        distance = torch.linalg.vector_norm(wanted_pos - data.body_pos_w[:, self.body_idx], dim=-1)
         self.metrics["position_error"] = distance
         quat = data.body_quat_w[:, self.body_idx]
         apart = torch.minimum(
-            torch.linalg.vector_norm(wanted[:, 3:] - quat, dim=-1),
-            torch.linalg.vector_norm(wanted[:, 3:] + quat, dim=-1),
+            torch.linalg.vector_norm(wanted_quat - quat, dim=-1),
+            torch.linalg.vector_norm(wanted_quat + quat, dim=-1),
         )
         # unit quaternions an angle t apart are a chord of 2 sin(t / 4) apart
         self.metrics["orientation_error"] = apart.mul_(0.5).clamp_(max=1.0).asin_().mul_(4.0)
@@ -86,7 +87,7 @@ class UniformPoseCommand(CommandTerm):
         r = self.cfg.ranges
         drawn = sample_ranges((r.pos_x, r.pos_y, r.pos_z, r.roll, r.pitch, r.yaw), len(env_ids), self.device)
         if is_zero((r.roll, r.pitch, r.yaw)):
-            quat = math_utils.default_orientation(len(env_ids), self.device)
+            quat = self._no_rotation.expand(len(env_ids), -1)
         else:
             quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:

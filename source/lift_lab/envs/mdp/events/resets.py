@@ -43,9 +43,8 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
 
 def _write_default_root_state(asset: RigidObject | Articulation, origins: torch.Tensor, env_ids: EnvIds) -> None:
     state = block(asset.data.default_root_state, env_ids)
-    state[:, :3] += origins
-    asset.write_root_pose_to_sim(state[:, :7], env_ids=env_ids)
-    asset.write_root_velocity_to_sim(state[:, 7:], env_ids=env_ids)
+    state[:, :3].add_(origins)
+    asset.write_root_state_to_sim(state, env_ids=env_ids)
 
 
 def reset_root_state_uniform(
@@ -70,18 +69,17 @@ def reset_root_state_uniform(
     """
     asset: RigidObject | Articulation = env.scene[asset_cfg.name]
     state = block(asset.data.default_root_state, env_ids)
-    state[:, :3] += block(env.scene.env_origins, env_ids)
+    position = state[:, :3].add_(block(env.scene.env_origins, env_ids))
     ranges = axis_ranges(pose_range, "reset_root_state_uniform: pose_range")
     if is_zero(ranges[3:]):
-        state[:, :3] += sample_ranges(ranges[:3], len(state), env.device)
+        position += sample_ranges(ranges[:3], len(state), env.device)
     else:
         delta = sample_ranges(ranges, len(state), env.device)
-        state[:, :3] += delta[:, :3]
+        position += delta[:, :3]
         rotation = math_utils.quat_from_euler_xyz(delta[:, 3], delta[:, 4], delta[:, 5])
         state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
     _add_velocity(state, velocity_range, "reset_root_state_uniform: velocity_range", env.device)
-    asset.write_root_pose_to_sim(state[:, :7], env_ids=env_ids)
-    asset.write_root_velocity_to_sim(state[:, 7:], env_ids=env_ids)
+    asset.write_root_state_to_sim(state, env_ids=env_ids)
 
 
 def reset_root_state_with_random_orientation(
@@ -110,8 +108,7 @@ def reset_root_state_with_random_orientation(
     state[:, :3] += block(env.scene.env_origins, env_ids) + sample_ranges(ranges, len(state), env.device)
     state[:, 3:7] = math_utils.random_orientation(len(state), device=env.device)
     _add_velocity(state, velocity_range, f"{what}: velocity_range", env.device)
-    asset.write_root_pose_to_sim(state[:, :7], env_ids=env_ids)
-    asset.write_root_velocity_to_sim(state[:, 7:], env_ids=env_ids)
+    asset.write_root_state_to_sim(state, env_ids=env_ids)
 
 
 def _add_velocity(state: torch.Tensor, velocity_range: Mapping[str, Sequence[float]], what: str, device: str) -> None:

@@ -10,9 +10,13 @@ from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
 from lift_lab.envs.mdp._tensors import block, compact_index
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.rows import fill_rows
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
+
+
+_NEVER = 2**31
 
 
 class ObjectPoseCommand(UniformPoseCommand):
@@ -41,24 +45,28 @@ class ObjectPoseCommand(UniformPoseCommand):
         zeros = torch.zeros(self.num_envs, device=self.device)
         for name in ("success", "object_position_error", "first_pick_drop"):
             self.metrics[name] = zeros.clone()
-        self.metrics["squared_action_change"] = zeros.clone()
-        self.metrics["squared_joint_acceleration"] = zeros.clone()
-        self._success_s = zeros.clone()
+        self._success_step = torch.full((self.num_envs,), _NEVER, device=self.device)
         self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._steps = zeros.clone()
         self._joint_vel = torch.zeros(self.num_envs, len(joint_ids), device=self.device)
+        self._smoothness = torch.zeros(2, self.num_envs, device=self.device)
+        names = ("squared_action_change", "squared_joint_acceleration")
+        self.metrics.update(zip(names, self._smoothness, strict=True))
+        # from sums of squared changes of actions and of joint velocities to what is measured
+        acceleration_per_change = 1.0 / (len(joint_ids) * env.step_dt**2)
+        self._per_change = torch.tensor([[1.0], [acceleration_per_change]], device=self.device)
 
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
         ids = slice(None) if env_ids is None else env_ids
         succeeded = self.metrics["success"][ids] > 0
-        times_s = self._success_s[ids][succeeded]
+        steps = self._success_step[ids][succeeded]
         extras = super().reset(env_ids)
-        if len(times_s):
-            extras["time_to_success_s"] = times_s.mean()
-        self._success_s[ids] = 0.0
-        self._steps[ids] = 0.0
-        self._held[ids] = False
+        if len(steps):
+            extras["time_to_success_s"] = steps.float().mean() * self._env.step_dt
+        fill_rows(self._success_step, env_ids, _NEVER)
+        fill_rows(self._steps, env_ids, 0.0)
+        fill_rows(self._held, env_ids, False)
         self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
 
@@ -66,30 +74,27 @@ class ObjectPoseCommand(UniformPoseCommand):
         super()._update_metrics()
         metrics = self.metrics
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
-        distance = torch.linalg.vector_norm(pos_w - self.pose_command_w[:, :3], dim=1)
+        distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
         metrics["object_position_error"] = distance
         reached = distance < self.cfg.success_distance
-        first = reached & (metrics["success"] == 0)
-        self._success_s = torch.where(first, self._env.episode_length_buf * self._env.step_dt, self._success_s)
-        metrics["success"] = torch.where(reached, 1.0, metrics["success"])
+        metrics["success"].masked_fill_(reached, 1.0)
+        earliest = torch.minimum(self._success_step, self._env.episode_length_buf)
+        self._success_step = torch.where(reached, earliest, self._success_step)
         low_m, high_m = self.cfg.pick_heights_m
         height_m = pos_w[:, 2]
-        fell = self._held & (height_m < low_m)
-        metrics["first_pick_drop"] = torch.where(fell, 1.0, metrics["first_pick_drop"])
-        self._held = (self._held > fell) | (height_m > high_m)  # of booleans, > is "and not"
+        metrics["first_pick_drop"].masked_fill_(self._held & (height_m < low_m), 1.0)
+        self._held |= height_m > high_m
         self._update_smoothness()
 
     def _update_smoothness(self) -> None:
-        """Running means over the steps of the episode; the call in the step that resets sees none yet."""
+        """Running means over the steps of the episode; in the step that resets there are no changes yet."""
         manager, joint_vel = self._env.action_manager, block(self.robot.data.joint_vel, None, self._joint_ids)
-        action_change = (manager.action - manager.prev_action).square().sum(dim=1)
-        acceleration = ((joint_vel - self._joint_vel) / self._env.step_dt).square().mean(dim=1)
+        changes = (manager.action - manager.prev_action, joint_vel - self._joint_vel)
         self._joint_vel = joint_vel
-        stepped = (self._env.episode_length_buf > 0).float()
-        self._steps = self._steps + stepped
-        share = stepped / self._steps.clamp(min=1.0)
-        for name, value in (("squared_action_change", action_change), ("squared_joint_acceleration", acceleration)):
-            self.metrics[name] = self.metrics[name] + share * (value - self.metrics[name])
+        squares = torch.stack([change.square().sum(dim=1) for change in changes])
+        self._steps += self._env.episode_length_buf > 0
+        share = self._steps.clamp(min=1.0).reciprocal()
+        self._smoothness.addcmul_(squares * self._per_change - self._smoothness, share)
 
 
 @configclass

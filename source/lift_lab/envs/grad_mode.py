@@ -1,0 +1,47 @@
+"""Steps and resets in and out of torch's inference mode, in any order.
+
+Tensors made in inference mode cannot be written to outside of it, and an environment writes to its buffers for ever.
+"""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import torch
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+_MET_INFERENCE_MODE: weakref.WeakSet[Any] = weakref.WeakSet()
+"""Environments that were called in inference mode. Kept here: it is no part of an environment's state."""
+
+
+def in_any_grad_mode(method: _Method) -> _Method:
+    """Let a method of an environment be called in and out of inference mode.
+
+    Once it has been called inside, calls from outside go through inference mode, too; their tensors come back as copies
+    that gradients may be computed with.
+    """
+
+    @functools.wraps(method)
+    def wrapper(self: Any, *args: Any, **kwargs: Any) -> Any:
+        if torch.is_inference_mode_enabled():
+            _MET_INFERENCE_MODE.add(self)
+        elif self in _MET_INFERENCE_MODE:
+            with torch.inference_mode():
+                result = method(self, *args, **kwargs)
+            return _copied(result)
+        return method(self, *args, **kwargs)
+
+    return wrapper  # type: ignore[return-value]
+
+
+def _copied(value: Any) -> Any:
+    """Tensors in tuples and dictionaries copied; everything else as it is."""
+    if isinstance(value, torch.Tensor):
+        return value.clone()
+    if isinstance(value, dict):
+        return {key: _copied(entry) for key, entry in value.items()}
+    return tuple(_copied(entry) for entry in value) if type(value) is tuple else value
