@@ -216,7 +216,7 @@ def author_soft_cube(layer: Sdf.Layer) -> None:
     """`soft_cube.usda`: the cube as a PhysX deformable body."""
     doc = f"A soft cube of edge {CUBE_EDGE} m and {SOFT_CUBE_MASS} kg. {BUILT}"
     stage, _ = author.start_stage(layer, "SoftCube", doc)
-    material = author.define_material(stage, "/SoftCube/materials/rubber", panda.GRIPPED_CONTACT)
+    material = author.define_material(stage, "/SoftCube/materials/rubber", panda.PAD_CONTACT)
     UsdGeom.Scope.Define(stage, "/SoftCube/materials")
     material.GetPrim().AddAppliedSchema("PhysxDeformableBodyMaterialAPI")
     for name, value in SOFT_CUBE_MATERIAL.items():
@@ -225,9 +225,9 @@ def author_soft_cube(layer: Sdf.Layer) -> None:
     prim = mesh.GetPrim()
     prim.AddAppliedSchema("PhysxDeformableBodyAPI")
     UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(SOFT_CUBE_MASS)
-    author.attribute(prim, "mjc:condim", "int", panda.GRIPPED_CONTACT.condim)
-    author.attribute(prim, "mjc:solref", "double[]", list(panda.GRIPPED_CONTACT.solref))
-    author.attribute(prim, "mjc:solimp", "double[]", list(panda.GRIPPED_CONTACT.solimp))
+    author.attribute(prim, "mjc:condim", "int", panda.PAD_CONTACT.condim)
+    author.attribute(prim, "mjc:solref", "double[]", list(panda.PAD_CONTACT.solref))
+    author.attribute(prim, "mjc:solimp", "double[]", list(panda.PAD_CONTACT.solimp))
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, materialPurpose="physics")
 
 
@@ -292,7 +292,7 @@ def author_cabinet(layer: Sdf.Layer) -> None:
     """`cabinet.usda`: a cabinet with drawers and doors, under the names of Isaac Sim's Sektion cabinet."""
     stage, root = author.start_stage(layer, "Cabinet", f"A cabinet with two drawers and two doors. {BUILT}")
     author.set_articulation_root(root)
-    link, pad = panda.LINK_CONTACT, panda.GRIPPED_CONTACT
+    link, pad = panda.LINK_CONTACT, panda.PAD_CONTACT
     panel_material = author.define_material(stage, "/Cabinet/materials/panel", link)
     handle_material = author.define_material(stage, "/Cabinet/materials/handle", pad)
     UsdGeom.Scope.Define(stage, "/Cabinet/materials")

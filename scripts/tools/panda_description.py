@@ -205,13 +205,9 @@ MuJoCo; with these a scripted grasp succeeds every time. An actuator configurati
 LINK_CONTACT = Contact(1.0, 0.005, 0.0001, condim=3, solref=(0.02, 1.0), solimp=(0.9, 0.95, 0.001))
 """MuJoCo's defaults."""
 
-PAD_CONTACT = Contact(1.0, 0.02, 0.0001, condim=3, solref=(0.01, 1.0), solimp=(0.95, 0.99, 0.001))
+PAD_CONTACT = Contact(1.0, 0.02, 0.0001, condim=4, solref=(0.01, 1.0), solimp=(0.95, 0.99, 0.001))
 """Finger pads, and whatever is to be grasped. The time constant is twice a physics step of 0.005 s, the
-stiffest that holds at that step. A pad meets a box in four points, which resist twisting together without
-torsional friction; a grasp costs a third fewer constraint rows so."""
-
-GRIPPED_CONTACT = PAD_CONTACT._replace(condim=4)
-"""What pads grip that is no box: with fewer points of contact it takes torsional friction."""
+stiffest that holds at that step."""
 
 # ------------------------------------------------------------------------------------------------------------
 # Colliders. franka_description's capsules, with one change: link 1's reaches 0.09 m below the base plane

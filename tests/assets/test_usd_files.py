@@ -154,7 +154,7 @@ def test_pads_and_cube_share_the_contact_that_grasping_was_proven_with(panda):
         cube.GetPrimAtPath("/Cube/collisions/cube_collision"),
     ):
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(materialPurpose="physics")
-        assert prim.GetAttribute("mjc:condim").Get() == 3
+        assert prim.GetAttribute("mjc:condim").Get() == 4
         assert list(prim.GetAttribute("mjc:solref").Get()) == [0.01, 1.0]
         assert list(prim.GetAttribute("mjc:solimp").Get()) == [0.95, 0.99, 0.001]
         assert material.GetPrim().GetAttribute("mjc:torsionalfriction").Get() == 0.02

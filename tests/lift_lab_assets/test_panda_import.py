@@ -218,7 +218,7 @@ def test_links_rest_apart_at_the_initial_pose_even_with_self_collision():
 def test_pads_carry_the_contact_that_grasping_was_proven_with(model):
     for side in ("left", "right"):
         pad = model.geom(f"panda_{side}finger_pad")
-        assert pad.condim[0] == 3
+        assert pad.condim[0] == 4
         np.testing.assert_allclose(pad.size, [0.00875, 0.0076, 0.017], rtol=1e-6)
         np.testing.assert_allclose(pad.friction, [1.0, 0.02, 0.0001], rtol=1e-6)
         np.testing.assert_allclose(pad.solref, [0.01, 1.0], rtol=1e-6)
