@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import torch
 
-from lift_lab.envs.mdp import UniformPoseCommand
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.math import quat_apply
 
@@ -24,9 +23,6 @@ def object_goal_distance_m(
     """Distance in m from the object to the command, which is in the robot's root frame. Shape (num_envs,)."""
     robot: RigidObject = env.scene[robot_cfg.name]
     object: RigidObject = env.scene[object_cfg.name]
-    command = env.command_manager.get_term(command_name)
-    if isinstance(command, UniformPoseCommand) and command.robot is robot and robot.is_fixed_base:
-        goal_w = command.goal_pos_w  # kept up to date where the base stands still
-    else:
-        goal_w = robot.data.root_pos_w + quat_apply(robot.data.root_quat_w, command.command[:, :3])
+    command_b = env.command_manager.get_command(command_name)
+    goal_w = robot.data.root_pos_w + quat_apply(robot.data.root_quat_w, command_b[:, :3])
     return torch.linalg.vector_norm(object.data.root_pos_w - goal_w, dim=1)
