@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 MANAGERS = ("observation", "action", "reward", "curriculum", "command", "event", "termination", "recorder")
@@ -89,7 +89,7 @@ def profile_steps(env: Any, steps: int, seed: int) -> dict[str, float]:
         env.step(actions[0])
         clock = Clock()
         for owner, method, name in step_parts(env):
-            stack.enter_context(_measured(clock, owner, method, name))
+            stack.enter_context(measured(clock, owner, method, name))
         clock.restart()
         for action in actions:
             env.step(action)
@@ -98,18 +98,30 @@ def profile_steps(env: Any, steps: int, seed: int) -> dict[str, float]:
 
 
 @contextlib.contextmanager
-def _measured(clock: Clock, owner: Any, method: str, name: str) -> Iterator[None]:
-    original = getattr(owner, method)
+def measured(clock: Clock, owner: Any, method: str, name: str | Mapping[str, str]) -> Iterator[None]:
+    """Count the time in a method of an object, or of all objects of a class, while the body runs.
+
+    Args:
+        clock: what counts.
+        owner: the object or class.
+        method: name of the method.
+        name: of the part, or names by the part that calls it, with the empty string for all others.
+    """
+    original, own = getattr(owner, method), method in vars(owner)
+    names = {"": name} if isinstance(name, str) else name
 
     def call(*args: Any, **kwargs: Any) -> Any:
-        with clock.part(name):
+        with clock.part(names.get(clock.running, names[""])):
             return original(*args, **kwargs)
 
     setattr(owner, method, call)
     try:
         yield
     finally:
-        delattr(owner, method)
+        if own:
+            setattr(owner, method, original)
+        else:
+            delattr(owner, method)
 
 
 def show_profile(seconds: dict[str, float], title: str) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from benchmark_profile import Clock, step_parts
+from benchmark_profile import Clock, measured, step_parts
 
 ENGINE = ("physics", "search for failures", "resets: kinematics")
 """Parts of an environment step that are the engine's; the others are the environment's."""
@@ -63,28 +63,8 @@ def profile_training(env: Any, agent_cfg: Any, iterations: int) -> dict[str, flo
     with contextlib.ExitStack() as stack:
         clock = Clock()
         for owner, method, name in training_parts(runner):
-            stack.enter_context(_counted(clock, owner, method, name))
+            stack.enter_context(measured(clock, owner, method, name))
         clock.restart()
         runner.learn(iterations)
         clock.tick()
     return dict(sorted(((k, v / iterations) for k, v in clock.seconds.items()), key=lambda item: -item[1]))
-
-
-@contextlib.contextmanager
-def _counted(clock: Clock, owner: Any, method: str, name: str | Mapping[str, str]) -> Iterator[None]:
-    """Count the time in a method of an object, or of all objects of a class, while the body runs."""
-    original, own = getattr(owner, method), method in vars(owner)
-    names = {"": name} if isinstance(name, str) else name
-
-    def call(*args: Any, **kwargs: Any) -> Any:
-        with clock.part(names.get(clock.running, names[""])):
-            return original(*args, **kwargs)
-
-    setattr(owner, method, call)
-    try:
-        yield
-    finally:
-        if own:
-            setattr(owner, method, original)
-        else:
-            delattr(owner, method)

@@ -146,10 +146,9 @@ class Study:
             flags += ["--experiment_name", self.args.name, "--run_name", job.name, *self._common]
             flags += ["--num_envs", self.args.num_envs] if self.args.num_envs else []
             start = found[0] if found else None
-            if start is None and job.variant.start is not None:
-                label, iteration = job.variant.start
+            if start is None and job.origin is not None:
                 try:
-                    start = checkpoint_at(self.folder, f"{label}-s{job.seed}", iteration)
+                    start = checkpoint_at(self.folder, job.origin, job.variant.start[1])
                 except FileError as error:
                     job.record["status"] = f"cannot start: {error}"
                     return False

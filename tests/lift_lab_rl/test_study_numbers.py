@@ -255,6 +255,7 @@ def test_what_starts_from_another_comes_in_a_later_round():
     a, b, c = Variant("a", "T"), Variant("b", "T", start=("a", 5)), Variant("c", "T", start=("b", 7))
     assert rounds(c, b, a) == [["a-s1", "a-s2"], ["b-s1", "b-s2"], ["c-s1", "c-s2"]]
     assert rounds(b, trained=["a"]) == [["b-s1", "b-s2"]]
+    assert rounds(b, a, trained=["a"]) == [["a-s1", "a-s2"], ["b-s1", "b-s2"]]  # of other seeds
     with pytest.raises(ConfigError, match="'x' cannot start from 'aa': did you mean 'a'"):
         rounds(a, Variant("x", "T", start=("aa", 1)))
     with pytest.raises(ConfigError, match="circle"):

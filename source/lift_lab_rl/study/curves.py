@@ -190,7 +190,7 @@ def _join(pieces: list[_Piece]) -> list[TrainingRun]:
     runs: list[TrainingRun] = []
     by_key: dict[tuple, TrainingRun] = {}
     by_folder: dict[str, TrainingRun] = {}
-    branches: list[tuple[str, _Piece, TrainingRun]] = []
+    branches: list[tuple[_Piece, TrainingRun]] = []
     for piece in pieces:
         key = (piece.folder.parent, piece.label, piece.name, piece.seed)
         run = by_key.get(key)
@@ -199,11 +199,11 @@ def _join(pieces: list[_Piece]) -> list[TrainingRun]:
             runs.append(run)
             by_key[key] = run
             if piece.continues:
-                branches.append((piece.folder.name, piece, run))
+                branches.append((piece, run))
         by_folder[piece.folder.name] = run
         run.folders.append(piece.folder)
         run.scalars = _continued(run.scalars, piece.first, piece.scalars)
-    for _, piece, run in sorted(branches, key=lambda branch: branch[0]):  # by time: a branch may have branches
+    for piece, run in sorted(branches, key=lambda branch: branch[0].folder.name):  # by time: a branch may have branches
         origin = by_folder.get(piece.continues)
         if origin is not None and origin is not run:
             run.scalars = _continued(origin.scalars, piece.first, run.scalars)

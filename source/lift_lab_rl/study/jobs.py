@@ -75,6 +75,11 @@ class Job:
         """The run's name: reports read label and seed from it."""
         return f"{self.variant.label}-s{self.seed}"
 
+    @property
+    def origin(self) -> str | None:
+        """Name of the run that it goes on from."""
+        return None if self.variant.start is None else f"{self.variant.start[0]}-s{self.seed}"
+
 
 def make_jobs(variants: Sequence[Variant], seeds: Sequence[int]) -> list[Job]:
     """All seeds of all variants, seed by seed, so that an early look compares variants.
@@ -99,19 +104,21 @@ def in_rounds(jobs: Sequence[Job], trained: Sequence[str] = ()) -> list[list[Job
     Raises:
         ConfigError: a start names no label, or starts go in a circle.
     """
-    rounds, left, ready = [], list(jobs), set(trained)
-    labels = {job.variant.label for job in jobs}
+    known = {job.variant.label for job in jobs} | set(trained)
+    for variant in (job.variant for job in jobs):
+        if variant.start is not None and variant.start[0] not in known:
+            others = sorted(known - {variant.label})
+            raise ConfigError(
+                f"'{variant.label}' cannot start from '{variant.start[0]}': {suggest(variant.start[0], others)}"
+            )
+    rounds, left = [], list(jobs)
     while left:
-        now = [j for j in left if j.variant.start is None or (j.variant.start[0] in ready - {j.variant.label})]
+        waiting = {job.name for job in left}
+        now = [job for job in left if job.origin not in waiting]
         if not now:
-            job = left[0]
-            origin = job.variant.start[0] if job.variant.start else ""
-            known = sorted((labels | ready) - {job.variant.label})
-            reason = "goes in a circle" if origin in known else suggest(origin, known)
-            raise ConfigError(f"'{job.variant.label}' cannot start from '{origin}': {reason}")
+            raise ConfigError(f"'{left[0].variant.label}' cannot start from itself: the starts go in a circle")
         rounds.append(now)
-        left = [job for job in left if job not in now]
-        ready |= {job.variant.label for job in now}
+        left = [job for job in left if job.origin in waiting]
     return rounds
 
 
@@ -122,24 +129,21 @@ def checkpoint_at(folder: Path, run_name: str, iteration: int) -> Path:
         FileError: there is none; names those that there are.
     """
     found = _checkpoints(folder, run_name)
-    at = [path for count, _, path in sorted(found, key=lambda entry: entry[:2]) if count == iteration]
-    if not at:
-        have = ", ".join(map(str, sorted({count for count, *_ in found}))) or "none"
+    if iteration not in found:
+        have = ", ".join(map(str, found)) or "none"
         raise FileError(f"'{run_name}' has no checkpoint of iteration {iteration}; it has {have}")
-    return at[-1]
+    return found[iteration]
 
 
 def newest_checkpoint(folder: Path, run_name: str) -> tuple[Path, int] | None:
     """The checkpoint with most iterations among a run's pieces, and its iterations; None without one."""
     found = _checkpoints(folder, run_name)
-    if not found:
-        return None
-    iterations, _, path = max(found, key=lambda entry: entry[:2])
-    return path, iterations
+    iterations = max(found, default=None)
+    return None if iterations is None else (found[iterations], iterations)
 
 
-def _checkpoints(folder: Path, run_name: str) -> list[tuple[int, str, Path]]:
-    """Iterations, folder name and path of all checkpoints of a run's pieces."""
+def _checkpoints(folder: Path, run_name: str) -> dict[int, Path]:
+    """A run's checkpoints by their iterations, which ascend; of its newest piece where several have one."""
     found = []
     for piece in folder.iterdir() if folder.is_dir() else ():
         if re.fullmatch(rf"{_TIME}{re.escape(run_name)}(-\d+)?", piece.name):
@@ -147,7 +151,7 @@ def _checkpoints(folder: Path, run_name: str) -> list[tuple[int, str, Path]]:
                 digits = path.stem.removeprefix("model_")
                 if digits.isdigit():
                     found.append((int(digits), piece.name, path))
-    return found
+    return {iterations: path for iterations, _, path in sorted(found)}
 
 
 def read_evaluation(path: Path, checkpoint: Path, episodes: int, seed: int) -> dict[str, Any] | None:
