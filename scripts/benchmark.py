@@ -118,6 +118,8 @@ def measure_task(args, overrides: list[str]) -> dict:
     before = time.perf_counter()
     env_cfg, _ = compose(args.task, None, overrides)
     runs.apply_flags(env_cfg, None, args, args.task, overrides, training=args.profile_training is not None)
+    if args.profile_training is not None and env_cfg.sim.device != "cpu":
+        raise ConfigError(f"--profile_training counts CPU time; give --device cpu, not '{env_cfg.sim.device}'")
     configured_s = time.perf_counter() - before
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
@@ -185,8 +187,6 @@ def measure_task(args, overrides: list[str]) -> dict:
         from benchmark_profile import show_profile
         from benchmark_training import profile_training
 
-        if inner.device != "cpu":
-            raise ConfigError(f"--profile_training counts CPU time; give --device cpu, not '{inner.device}'")
         _, agent_cfg = compose(args.task, "rsl_rl_cfg_entry_point", overrides)
         result["profile_training_s"] = profile_training(env, agent_cfg, args.profile_training)
         show_profile(result["profile_training_s"], f"CPU time of a training iteration of {inner.num_envs} environments")

@@ -8,6 +8,14 @@ from lift_lab.utils import configclass
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
 from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import EventCfg
 
+_SURFACES = {
+    "static_friction_range": (0.5, 1.5),
+    "dynamic_friction_range": (0.5, 1.5),
+    "restitution_range": (0.0, 0.0),
+    "num_buckets": 256,
+}
+"""Friction is drawn alike for the cube and for the pads."""
+
 
 @configclass
 class RandomizedEventCfg(EventCfg):
@@ -29,22 +37,10 @@ class RandomizedEventCfg(EventCfg):
     object_material = EventTerm(
         func=mdp.randomize_rigid_body_material,
         mode="startup",
-        params={
-            "asset_cfg": SceneEntityCfg("object"),
-            "static_friction_range": (0.5, 1.5),
-            "dynamic_friction_range": (0.5, 1.5),
-            "restitution_range": (0.0, 0.0),
-            "num_buckets": 256,
-        },
+        params={"asset_cfg": SceneEntityCfg("object"), **_SURFACES},
     )
     finger_material = EventTerm(
         func=mdp.randomize_rigid_body_material,
         mode="startup",
-        params={
-            "asset_cfg": SceneEntityCfg("robot", body_names="panda_.*finger"),
-            "static_friction_range": (0.5, 1.5),
-            "dynamic_friction_range": (0.5, 1.5),
-            "restitution_range": (0.0, 0.0),
-            "num_buckets": 256,
-        },
+        params={"asset_cfg": SceneEntityCfg("robot", body_names="panda_.*finger"), **_SURFACES},
     )
