@@ -3,9 +3,10 @@
 python scripts/benchmark.py --task Lift-Cube-Franka --num_envs 1024 --steps 200 [--json FILE] [overrides]
 python scripts/benchmark.py --suite scale|startup|gpu [--sizes 64,1024] [--json FILE] [overrides]
 
-The engine is measured on a second copy of it that is given the environment's own states and controls before every step
-and takes the same physics steps, so that both see the same contacts, turn by turn in the same seconds. A suite runs
-this in a fresh process for each of its measurements (docs/performance.md).
+The engine is measured on a second copy of it that is given the environment's own states and controls before every step,
+takes the same physics steps and keeps the same fields current (body poses among them), so that both see the same
+contacts, turn by turn in the same seconds. A suite runs this in a fresh process for each of its measurements
+(docs/performance.md).
 """
 
 from __future__ import annotations
@@ -219,6 +220,8 @@ def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float, i
         synchronise(inner.device)
         return time.perf_counter()
 
+    for name in physics.bound_fields:
+        alone.field(name)
     names = [name for name in ("qpos", "qvel", "act", "mocap_pos", "mocap_quat") if physics.field(name).numel()]
     env_s = physics_s = 0.0
     graphs: dict = {}

@@ -53,11 +53,9 @@ def physics_storages(physics: Physics) -> set[int]:
     return {tensor.untyped_storage().data_ptr() for tensor in owned if tensor.numel()}
 
 
-def _bound(physics: Any) -> dict[str, torch.Tensor]:
+def _bound(physics: Physics) -> dict[str, torch.Tensor]:
     """Fields in use: name -> the engine's live tensor."""
-    if physics.name == "native":
-        return {name: mirror.tensor for name, mirror in physics._mirrors.items()}
-    return dict(physics._fields)
+    return {name: physics.field(name) for name in physics.bound_fields}
 
 
 def _state_arrays(physics: Any) -> dict[str, torch.Tensor]:

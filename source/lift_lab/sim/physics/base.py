@@ -43,9 +43,17 @@ STATE_FIELDS = _words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_p
 MAX_VALUE = 1e10
 """MuJoCo's bound (mjMAXVAL) on healthy positions, velocities and accelerations."""
 
-_POS_FIELDS = _words(
-    "xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat cam_xpos cam_xmat",
-    "subtree_com cdof cinert ten_length actuator_length",
+FRAME_FIELDS = _words("xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat")
+"""Fields that follow from joint positions, mocap poses and :data:`FRAME_MODEL_FIELDS` alone."""
+
+FRAME_MODEL_FIELDS = _words(
+    "qpos0 body_pos body_quat body_ipos body_iquat jnt_pos jnt_axis geom_pos geom_quat site_pos site_quat"
+)
+"""Model fields that :data:`FRAME_FIELDS` depend on."""
+
+_POS_FIELDS = (
+    *FRAME_FIELDS,
+    *_words("cam_xpos cam_xmat subtree_com cdof cinert ten_length actuator_length"),
 )
 _VEL_FIELDS = _words(
     "cvel cdof_dot ten_velocity actuator_velocity qfrc_bias qfrc_passive qfrc_gravcomp",
@@ -152,6 +160,11 @@ class Physics(ABC):
         Raises:
             NotFoundError: no such field, or one that this model has no sensor to compute.
         """
+
+    @property
+    @abstractmethod
+    def bound_fields(self) -> tuple[str, ...]:
+        """Names of the fields that were asked for so far and are kept current, in that order."""
 
     @abstractmethod
     def write(

@@ -7,6 +7,7 @@ line, no log file): :meth:`NativePhysics.health` reports them instead.
 
 from __future__ import annotations
 
+import copy
 import logging
 import os
 from collections.abc import Callable, Sequence
@@ -18,7 +19,19 @@ from mujoco.batch import Batch, SimulationError
 
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .base import MAX_VALUE, STATE_FIELDS, Health, Physics, Stage, broadcast_rows, ids_tensor, sensor_stages, silence
+from .base import (
+    FRAME_FIELDS,
+    FRAME_MODEL_FIELDS,
+    MAX_VALUE,
+    STATE_FIELDS,
+    Health,
+    Physics,
+    Stage,
+    broadcast_rows,
+    ids_tensor,
+    sensor_stages,
+    silence,
+)
 
 _LOG = logging.getLogger(__name__)
 
@@ -38,6 +51,14 @@ _OVERFLOW_WARNINGS = [int(_WARN.mjWARN_CONTACTFULL), int(_WARN.mjWARN_CNSTRFULL)
 _ADVANCED_FIELDS = frozenset({"time", "qpos", "qvel", "act"})
 """State fields that the engine changes; the others change only when written or reset."""
 
+_NOT_FOR_FRAMES = int(
+    mujoco.mjtDisableBit.mjDSBL_CONTACT
+    | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    | mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    | mujoco.mjtDisableBit.mjDSBL_SENSOR
+)
+"""What the position stage can do without when only frames are wanted."""
+
 _CLEARLY_HEALTHY = 0.99 * MAX_VALUE
 """Values below this in float32 are below `MAX_VALUE` in float64."""
 
@@ -49,6 +70,9 @@ class NativePhysics(Physics):
 
     After step(), position-dependent fields and sensors, and velocity-dependent ones once any is bound, belong
     to the new state. Force-dependent ones belong to the last substep, as after `mj_step`, until forward().
+
+    MuJoCo's position stage finds contacts, too, which the next step does again. So while nothing but frames
+    is bound (`xpos`, `site_xmat`, ...), they come from a second batch without constraints, bit for bit the same.
 
     Args:
         model: the compiled model; copied.
@@ -83,7 +107,8 @@ class NativePhysics(Physics):
         self._dynamic = slice(self._columns["qpos"].start, self._state_columns("qacc_warmstart").stop)
         self._mirrors: dict[str, _Mirror] = {}
         self._advanced: list[_Mirror] = []  # what a step changes
-        self._stage = Stage.POS
+        self._stage = Stage.NONE  # what a step computes at the new state
+        self._frames: _Frames | None = _Frames(self._batch)
         self._logged_engine_error = False
         # With soft bodies an inertia warning tells of a solve that ended a hair above its tolerance: no failure.
         self._failing = [w for w in _NONFINITE_WARNINGS if not self.model.nflex or w != int(_WARN.mjWARN_INERTIA)]
@@ -109,22 +134,24 @@ class NativePhysics(Physics):
         mirror = self._mirrors.get(name)
         return mirror.tensor if mirror is not None else self._bind(name).tensor
 
+    @property
+    def bound_fields(self) -> tuple[str, ...]:
+        return tuple(self._mirrors)
+
     def _bind(self, name: str) -> _Mirror:
         stage = self._field_stage(name)
         column_stages = sensor_stages(self.model) if name == "sensordata" else None
-        if stage == Stage.NONE:
-            source = self._state[name]
-        else:
-            source = self._batch.bind(name).reshape(self.num_envs, -1)
+        if stage in (Stage.POS, Stage.VEL) and name not in FRAME_FIELDS:
+            self._leave_frames_to_the_batch()
+            self._stage = max(self._stage, stage)
+        batch = self._frames if self._frames is not None and name in FRAME_FIELDS else self._batch
+        source = self._state[name] if stage == Stage.NONE else batch.bind(name).reshape(self.num_envs, -1)
         mirror = _Mirror(source, self._shape(name), stage, column_stages)
         self._mirrors[name] = mirror
         if stage != Stage.NONE or name in _ADVANCED_FIELDS:
             self._advanced.append(mirror)
-        if stage == Stage.VEL:
-            self._stage = Stage.VEL
         if stage != Stage.NONE:
-            needed = max(column_stages, default=stage) if column_stages is not None else stage
-            self._call(lambda: self._batch.forward(stage=int(needed)))
+            self._compute(None, max(column_stages, default=stage) if column_stages is not None else stage)
         with _lossy():
             mirror.sync(Stage.ACC)
         return mirror
@@ -161,12 +188,14 @@ class NativePhysics(Physics):
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
         self._looked = False
         self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
+        if self._frames is not None:
+            self._call(self._frames.follow)
         with _lossy():
             for mirror in self._advanced:
                 mirror.copy_all()
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
-        self._forward(env_ids, self._stage)
+        self._forward(env_ids, max(self._stage, Stage.POS))
 
     def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._forward(env_ids, Stage.ACC)
@@ -177,11 +206,28 @@ class NativePhysics(Physics):
             return
         if stage == Stage.ACC:
             self._forces_unchecked = True
-        self._call(lambda: self._batch.forward(ids, stage=int(stage)))
+        self._compute(ids, stage)
         with _lossy():
             for mirror in self._mirrors.values():
                 if mirror.stage != Stage.NONE:
                     mirror.sync(stage, ids)
+
+    def _compute(self, ids: np.ndarray | None, stage: Stage) -> None:
+        """Run the stages up to `stage` at the current state."""
+        frames = self._frames
+        if frames is not None:
+            self._call(lambda: frames.follow(ids))
+        if frames is None or stage > Stage.POS:
+            self._call(lambda: self._batch.forward(ids, stage=int(stage)))
+
+    def _leave_frames_to_the_batch(self) -> None:
+        """From now on the batch computes them itself: it has to run its position stage, or its frames differ."""
+        self._stage = max(self._stage, Stage.POS)
+        if self._frames is None:
+            return
+        self._frames = None
+        for name in self._mirrors.keys() & set(FRAME_FIELDS):
+            self._mirrors[name].source = self._batch.bind(name).reshape(self.num_envs, -1)
 
     def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         ids = self._sorted_ids(env_ids)
@@ -202,6 +248,8 @@ class NativePhysics(Physics):
 
     def randomizable(self, name: str) -> torch.Tensor:
         self._check_randomizable(name)
+        if name in FRAME_MODEL_FIELDS:
+            self._leave_frames_to_the_batch()
         return torch.from_numpy(self._batch.expand(name))
 
     def recompute_constants(self) -> None:
@@ -299,6 +347,42 @@ class NativePhysics(Physics):
         return True
 
 
+class _Frames:
+    """Poses of bodies, geoms, joints and sites at the joint positions of a batch, without its contacts and forces.
+
+    One more batch, of the same model with constraints, actuation and sensors disabled.
+
+    Args:
+        batch: the batch whose state is followed.
+    """
+
+    def __init__(self, batch: Batch):
+        self._leader = batch
+        self._batch: Batch | None = None  # made with the first field
+        self._states: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def bind(self, name: str) -> np.ndarray:
+        """The live array of a field, current after follow()."""
+        if self._batch is None:
+            leader = self._leader
+            model = copy.copy(leader.model)
+            model.opt.disableflags |= _NOT_FOR_FRAMES
+            self._batch = Batch(model, leader.nsim, leader.nthread)
+            self._batch.warning[:, :, 1] = 1  # so that none is printed
+            names = [name for name in ("qpos", "mocap_pos", "mocap_quat") if leader.bind(name).size]
+            self._states = [(self._batch.bind(name), leader.bind(name)) for name in names]
+        return self._batch.bind(name)
+
+    def follow(self, ids: np.ndarray | None = None) -> None:
+        """Compute the bound fields at the leader's state, of some environments or all."""
+        if self._batch is None:
+            return
+        rows = _ALL if ids is None else ids
+        for mine, leaders in self._states:
+            mine[rows] = leaders[rows]
+        self._batch.forward(ids, stage=int(Stage.POS))
+
+
 class _Mirror:
     """The float32 copy of one of the batch's arrays.
 
@@ -310,7 +394,7 @@ class _Mirror:
         self.stage = stage
         self.tensor = torch.zeros(num_envs, *shape)
         self.array = self.tensor.numpy().reshape(num_envs, width)
-        self._source = source
+        self.source = source
         self._column_stages = np.array([stage] * width if column_stages is None else column_stages, dtype=int)
         self._lowest = int(self._column_stages.min(initial=int(Stage.ACC)))
         self._highest = int(self._column_stages.max(initial=int(Stage.NONE)))
@@ -325,7 +409,7 @@ class _Mirror:
 
     def copy_all(self) -> None:
         """Copy everything; overflows are the caller's to ignore."""
-        np.copyto(self.array, self._source, casting="same_kind")
+        np.copyto(self.array, self.source, casting="same_kind")
 
     def sync(self, stage: Stage, ids: np.ndarray | None = None) -> None:
         """Copy the columns that are current once `stage` has been computed, of some environments or all; overflows
@@ -335,11 +419,11 @@ class _Mirror:
         if self._highest > stage:
             rows = np.arange(len(self.array)) if ids is None else ids
             index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
-            self.array[index] = self._source[index]
+            self.array[index] = self.source[index]
         elif ids is None:
             self.copy_all()
         else:
-            self.array[ids] = self._source[ids]
+            self.array[ids] = self.source[ids]
 
     def clear_forces(self, ids: np.ndarray | None) -> None:
         """Zero the force-dependent columns: they belonged to a state that is gone."""

@@ -169,6 +169,10 @@ class WarpPhysics(Physics):
                 self.refresh()
         return self._fields[name]
 
+    @property
+    def bound_fields(self) -> tuple[str, ...]:
+        return tuple(self._fields)
+
     def write(
         self,
         name: str,
