@@ -51,18 +51,28 @@ class CommandTerm(DebugVisTerm, ABC):
         """Start an episode with a new command.
 
         Returns:
-            Mean of each metric over the environments, which are zeroed then: 0-dim tensors by metric name.
+            Mean of each metric over those of the environments that count, all of which are zeroed then: 0-dim tensors
+            by metric name. Empty where none counts.
         """
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
-        extras = {}
+        counted, extras = self.counted_ids(ids), {}
         if self.metrics:
-            means = torch.stack(list(self.metrics.values())).index_select(1, ids).mean(dim=1)
-            extras = dict(zip(self.metrics, means.unbind(), strict=True))
+            if len(counted) > 0:
+                means = torch.stack(list(self.metrics.values())).index_select(1, counted).mean(dim=1)
+                extras = dict(zip(self.metrics, means.unbind(), strict=True))
             for value in self.metrics.values():
                 value.index_fill_(0, ids, 0.0)
         self.command_counter.index_fill_(0, ids, 0)
         self._resample(ids)
         return extras
+
+    def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
+        """Which of some environments count in means over episodes: all, unless a term says otherwise.
+
+        Args:
+            env_ids: a LongTensor.
+        """
+        return env_ids
 
     def compute(self, dt: float) -> None:
         """Update metrics, then timers, then draw the commands that are due, then update the commands.

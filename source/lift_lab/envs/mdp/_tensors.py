@@ -82,6 +82,12 @@ def _bounds(ranges: tuple[tuple[float, float], ...], device: str) -> tuple[torch
     return low, high - low
 
 
+def range_limits(ranges: Sequence[Sequence[float]], device: str) -> tuple[torch.Tensor, torch.Tensor]:
+    """Lower and upper ends of (low, high) ranges, each of shape (len(ranges),)."""
+    low, span = _bounds(tuple((float(low), float(high)) for low, high in ranges), str(device))
+    return low, low + span
+
+
 def sample_ranges(ranges: Sequence[Sequence[float]], count: int, device: str) -> torch.Tensor:
     """Uniform samples, one column for each (low, high) range.
 

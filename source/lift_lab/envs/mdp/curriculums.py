@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from lift_lab.managers import ManagerTermBase
+from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils.errors import ConfigError, suggest
 
 from ._tensors import EnvIds
@@ -138,9 +139,10 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         window: int = 2000,
         geometric: bool = True,
     ) -> dict[str, float]:
-        ended = env.command_manager.get_term(command_name).metrics[metric][env_ids]
+        command = env.command_manager.get_term(command_name)
+        ended = command.metrics[metric][command.counted_ids(as_env_id_tensor(env_ids, env.num_envs, env.device))]
         elapsed, self._last_step = env.common_step_counter - self._last_step, env.common_step_counter
-        if env.common_step_counter > 0:  # at 0 no episode has ended
+        if env.common_step_counter > 0 and len(ended) > 0:  # at 0 no episode has ended
             self._episodes = min(self._episodes + len(ended), window)
             self._rate += (float(ended.mean()) - self._rate) * min(1.0, len(ended) / self._episodes)
         if self._episodes < window or lower_at <= self._rate < raise_at:

@@ -157,7 +157,8 @@ def test_an_address_that_leads_nowhere_is_an_error_at_once(env, func, address, m
 
 def _succeeding(env, outcomes):
     """Let the command's metric tell these outcomes of the episodes that end."""
-    env.command_manager.get_term = lambda name: SimpleNamespace(metrics={"success": torch.tensor(outcomes)})
+    command = SimpleNamespace(metrics={"success": torch.tensor(outcomes)}, counted_ids=lambda env_ids: slice(None))
+    env.command_manager.get_term = lambda name: command
 
 
 def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
-from lift_lab.envs.mdp._tensors import block, compact_index
+from lift_lab.envs.mdp._tensors import block, compact_index, range_limits, sample_ranges
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils import configclass
 from lift_lab.utils.rows import fill_rows
 
@@ -45,6 +46,8 @@ class ObjectPoseCommand(UniformPoseCommand):
         zeros = torch.zeros(self.num_envs, device=self.device)
         for name in ("success", "object_position_error", "first_pick_drop"):
             self.metrics[name] = zeros.clone()
+        self.closest_m = torch.full((self.num_envs,), torch.inf, device=self.device)
+        """Smallest distance of the object to its present goal so far, shape (num_envs,)."""
         self._success_step = torch.full((self.num_envs,), _NEVER, device=self.device)
         self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._steps = zeros.clone()
@@ -55,12 +58,52 @@ class ObjectPoseCommand(UniformPoseCommand):
         # from sums of squared changes of actions and of joint velocities to what is measured
         acceleration_per_change = 1.0 / (len(joint_ids) * env.step_dt**2)
         self._per_change = torch.tensor([[1.0], [acceleration_per_change]], device=self.device)
+        self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
+        self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
+        self._practice_spread_m = 0.0
+
+    practice_share: float = 0.0
+    """Share of the coming goals that are near one that was missed; see :meth:`practise`."""
+
+    def practise(self, goals_b: torch.Tensor, misses: torch.Tensor, spread_m: float) -> None:
+        """Name the goals that :attr:`practice_share` of the coming ones are drawn from.
+
+        The others are uniform, and all of them while none was missed. The command's ranges hold for every goal. Means
+        of the metrics leave out the episodes that practise, so that they say how the task itself is done.
+
+        Args:
+            goals_b: positions in the robot's root frame in m, shape (n, 3); kept, not copied, as is the next.
+            misses: how likely each is to be chosen, in proportion, 0 for a goal that was reached; shape (n,).
+            spread_m: how far a practised goal may lie from the missed one along each axis.
+        """
+        self._missed_goals, self._practice_spread_m = (goals_b, misses), spread_m
+
+    def _resample_command(self, env_ids: torch.Tensor) -> None:
+        super()._resample_command(env_ids)
+        fill_rows(self.closest_m, env_ids, torch.inf)
+        if self._missed_goals is None or self.practice_share == 0.0:
+            return
+        goals_b, misses = self._missed_goals
+        count, r, furthest = len(env_ids), self.cfg.ranges, self._practice_spread_m
+        picked = torch.multinomial(misses + 1e-6, count, replacement=True)
+        spread = sample_ranges([(-furthest, furthest)] * 3, count, self.device)
+        low, high = range_limits((r.pos_x, r.pos_y, r.pos_z), self.device)
+        again = torch.clamp(goals_b[picked] + spread, low, high)
+        taken = (torch.rand(count, device=self.device) < self.practice_share) & (misses[picked] > 0)
+        uniform = self.pose_command_b[env_ids, :3]
+        self.pose_command_b[env_ids, :3] = torch.where(taken.unsqueeze(1), again, uniform)
+        self._practised[env_ids] = taken
+        self._update_world_pose(env_ids)
+
+    def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
+        """Those whose present goal is uniform; on a GPU the host waits for the answer while a share practises."""
+        return env_ids if self.practice_share == 0.0 else env_ids[~self._practised[env_ids]]
 
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
-        ids = slice(None) if env_ids is None else env_ids
-        succeeded = self.metrics["success"][ids] > 0
-        steps = self._success_step[ids][succeeded]
+        ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
+        counted = self.counted_ids(ids)
+        steps = self._success_step[counted][self.metrics["success"][counted] > 0]
         extras = super().reset(env_ids)
         if len(steps):
             extras["time_to_success_s"] = steps.float().mean() * self._env.step_dt
@@ -76,6 +119,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
         distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
         metrics["object_position_error"] = distance
+        self.closest_m = torch.minimum(self.closest_m, distance)
         reached = distance < self.cfg.success_distance
         metrics["success"].masked_fill_(reached, 1.0)
         earliest = torch.minimum(self._success_step, self._env.episode_length_buf)

@@ -11,6 +11,8 @@ from lift_lab.envs.mdp.actions.binary_joint_actions import BinaryJointAction
 from lift_lab.managers import ManagerTermBase
 from lift_lab.utils.errors import ConfigError
 
+from .commands import ObjectPoseCommand
+
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
     from lift_lab.managers import CurriculumTermCfg
@@ -80,3 +82,59 @@ class hold_gripper_while_hovering(ManagerTermBase):
         seconds = torch.where(self._begun & ~self._found, close_time_s, 0.0)
         self._gripper.set_min_close_time(seconds)
         return seconds
+
+
+class practise_missed_goals(ManagerTermBase):
+    """Give a share of the episodes a goal near one that was missed, or reached by a hair.
+
+    A policy that reaches nearly every goal stops short of those at the corners of their range, where few samples are.
+    Each environment remembers the goal of its last episode and how close the object came to it: the miss is 1 from
+    the command's ``success_distance`` on, 0 within half of it, and linear between, because exploration noise
+    carries an object that is held just outside across the line. From ``start_step`` on, ``share`` of the new episodes
+    draw one of these goals, with probabilities in proportion to their misses, give or take ``spread_m`` along each axis
+    and within the command's ranges. The other episodes stay uniform, and all of them if none was missed. What is
+    rewarded and what counts as success do not change.
+
+    An aid of training: ``evaluate.py`` and ``play.py`` leave it out. Means over episodes in the logs of a training
+    count the practised goals, too, and so are those of a harder task.
+
+    Params:
+        share: share of episodes that practise, within [0, 1].
+        start_step: first environment step of the practice.
+        spread_m: how far a practised goal may lie from the missed one along each axis, in m.
+        command_name: the command, an :class:`ObjectPoseCommand`.
+
+    Returns:
+        Mean miss of the environments' last episodes, for the log.
+    """
+
+    exploration_only = True
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        params, name = cfg.params, type(self).__name__
+        self._command = env.command_manager.get_term(params.get("command_name", "object_pose"))
+        if not isinstance(self._command, ObjectPoseCommand):
+            raise ConfigError(f"{name}: command_name must name a command of mdp.ObjectPoseCommandCfg")
+        if not 0.0 <= params["share"] <= 1.0:
+            raise ConfigError(f"{name}: share is {params['share']}; it must be within [0, 1]")
+        self._goals_b = torch.zeros(env.num_envs, 3, device=env.device)
+        self._misses = torch.zeros(env.num_envs, device=env.device)
+        self._command.practise(self._goals_b, self._misses, params.get("spread_m", 0.02))
+
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: Sequence[int] | torch.Tensor,
+        share: float,
+        start_step: int = 0,
+        spread_m: float = 0.02,
+        command_name: str = "object_pose",
+    ) -> torch.Tensor:
+        command = self._command
+        if env.common_step_counter > 0:  # at 0 no episode has ended
+            closest = command.closest_m[env_ids] / command.cfg.success_distance
+            self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
+            self._misses[env_ids] = (2.0 * closest - 1.0).clamp_(0.0, 1.0)
+        command.practice_share = share if env.common_step_counter >= start_step else 0.0
+        return self._misses.mean()

@@ -21,6 +21,7 @@ class ExplorationCfg:
     gripper_hold = CurrTerm(
         func=mdp.hold_gripper_while_hovering, params={"close_time_s": 0.1, "reached": 0.65, "lifted": 0.1}
     )
+    missed_goals = CurrTerm(func=mdp.practise_missed_goals, params={"share": 0.3, "start_step": 18000})
 
 
 @configclass
