@@ -46,8 +46,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         zeros = torch.zeros(self.num_envs, device=self.device)
         for name in ("success", "object_position_error", "first_pick_drop"):
             self.metrics[name] = zeros.clone()
-        self.closest_m = torch.full((self.num_envs,), torch.inf, device=self.device)
-        """Smallest distance of the object to its present goal so far, shape (num_envs,)."""
         self._success_step = torch.full((self.num_envs,), _NEVER, device=self.device)
         self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._steps = zeros.clone()
@@ -65,7 +63,7 @@ class ObjectPoseCommand(UniformPoseCommand):
     practice_share: float = 0.0
     """Share of the coming goals that are near one that was missed; see :meth:`practise`."""
 
-    def practise(self, goals_b: torch.Tensor, misses: torch.Tensor, spread_m: float) -> None:
+    def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, spread_m: float) -> None:
         """Name the goals that :attr:`practice_share` of the coming ones are drawn from.
 
         The others are uniform, and all of them while none was missed. The command's ranges hold for every goal. Means
@@ -73,23 +71,22 @@ class ObjectPoseCommand(UniformPoseCommand):
 
         Args:
             goals_b: positions in the robot's root frame in m, shape (n, 3); kept, not copied, as is the next.
-            misses: how likely each is to be chosen, in proportion, 0 for a goal that was reached; shape (n,).
+            missed: 1 for a goal that was missed and 0 for one that was reached, shape (n,).
             spread_m: how far a practised goal may lie from the missed one along each axis.
         """
-        self._missed_goals, self._practice_spread_m = (goals_b, misses), spread_m
+        self._missed_goals, self._practice_spread_m = (goals_b, missed), spread_m
 
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         super()._resample_command(env_ids)
-        fill_rows(self.closest_m, env_ids, torch.inf)
         if self._missed_goals is None or self.practice_share == 0.0:
             return
-        goals_b, misses = self._missed_goals
+        goals_b, missed = self._missed_goals
         count, r, furthest = len(env_ids), self.cfg.ranges, self._practice_spread_m
-        picked = torch.multinomial(misses + 1e-6, count, replacement=True)
+        picked = torch.multinomial(missed + 1e-6, count, replacement=True)
         spread = sample_ranges([(-furthest, furthest)] * 3, count, self.device)
         low, high = range_limits((r.pos_x, r.pos_y, r.pos_z), self.device)
         again = torch.clamp(goals_b[picked] + spread, low, high)
-        taken = (torch.rand(count, device=self.device) < self.practice_share) & (misses[picked] > 0)
+        taken = (torch.rand(count, device=self.device) < self.practice_share) & (missed[picked] > 0)
         uniform = self.pose_command_b[env_ids, :3]
         self.pose_command_b[env_ids, :3] = torch.where(taken.unsqueeze(1), again, uniform)
         self._practised[env_ids] = taken
@@ -119,7 +116,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
         distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
         metrics["object_position_error"] = distance
-        self.closest_m = torch.minimum(self.closest_m, distance)
         reached = distance < self.cfg.success_distance
         metrics["success"].masked_fill_(reached, 1.0)
         earliest = torch.minimum(self._success_step, self._env.episode_length_buf)

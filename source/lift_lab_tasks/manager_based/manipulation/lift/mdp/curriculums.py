@@ -85,15 +85,13 @@ class hold_gripper_while_hovering(ManagerTermBase):
 
 
 class practise_missed_goals(ManagerTermBase):
-    """Give a share of the episodes a goal near one that was missed, or reached by a hair.
+    """Give a share of the episodes a goal near one that an environment has just missed.
 
     A policy that reaches nearly every goal stops short of those at the corners of their range, where few samples are.
-    Each environment remembers the goal of its last episode and how close the object came to it: the miss is 1 from
-    the command's ``success_distance`` on, 0 within half of it, and linear between, because exploration noise
-    carries an object that is held just outside across the line. From ``start_step`` on, ``share`` of the new episodes
-    draw one of these goals, with probabilities in proportion to their misses, give or take ``spread_m`` along each axis
-    and within the command's ranges. The other episodes stay uniform, and all of them if none was missed. What is
-    rewarded and what counts as success do not change.
+    Each environment remembers the goal of its last episode if the object never came within the command's
+    ``success_distance``. From ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take
+    ``spread_m`` along each axis and within the command's ranges. The other episodes stay uniform, and all of them if
+    none was missed. What is rewarded and what counts as success do not change.
 
     An aid of training: ``evaluate.py`` and ``play.py`` leave it out. Means over episodes in the logs of a training
     count the practised goals, too, and so are those of a harder task.
@@ -105,7 +103,7 @@ class practise_missed_goals(ManagerTermBase):
         command_name: the command, an :class:`ObjectPoseCommand`.
 
     Returns:
-        Mean miss of the environments' last episodes, for the log.
+        Share of the environments whose last episode missed its goal, for the log.
     """
 
     exploration_only = True
@@ -119,8 +117,8 @@ class practise_missed_goals(ManagerTermBase):
         if not 0.0 <= params["share"] <= 1.0:
             raise ConfigError(f"{name}: share is {params['share']}; it must be within [0, 1]")
         self._goals_b = torch.zeros(env.num_envs, 3, device=env.device)
-        self._misses = torch.zeros(env.num_envs, device=env.device)
-        self._command.practise(self._goals_b, self._misses, params.get("spread_m", 0.02))
+        self._missed = torch.zeros(env.num_envs, device=env.device)
+        self._command.practise(self._goals_b, self._missed, params.get("spread_m", 0.02))
 
     def __call__(
         self,
@@ -133,8 +131,7 @@ class practise_missed_goals(ManagerTermBase):
     ) -> torch.Tensor:
         command = self._command
         if env.common_step_counter > 0:  # at 0 no episode has ended
-            closest = command.closest_m[env_ids] / command.cfg.success_distance
             self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
-            self._misses[env_ids] = (2.0 * closest - 1.0).clamp_(0.0, 1.0)
+            self._missed[env_ids] = 1.0 - command.metrics["success"][env_ids]
         command.practice_share = share if env.common_step_counter >= start_step else 0.0
-        return self._misses.mean()
+        return self._missed.mean()
