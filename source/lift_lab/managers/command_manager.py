@@ -55,13 +55,10 @@ class CommandTerm(DebugVisTerm, ABC):
             by metric name. Empty where none counts.
         """
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
-        counted, extras = self.counted_ids(ids), {}
-        if self.metrics:
-            if len(counted) > 0:
-                means = torch.stack(list(self.metrics.values())).index_select(1, counted).mean(dim=1)
-                extras = dict(zip(self.metrics, means.unbind(), strict=True))
-            for value in self.metrics.values():
-                value.index_fill_(0, ids, 0.0)
+        counted = self.counted_ids(ids)
+        extras = self._episode_means(counted) if self.metrics and len(counted) > 0 else {}
+        for value in self.metrics.values():
+            value.index_fill_(0, ids, 0.0)
         self.command_counter.index_fill_(0, ids, 0)
         self._resample(ids)
         return extras
@@ -73,6 +70,11 @@ class CommandTerm(DebugVisTerm, ABC):
             env_ids: a LongTensor.
         """
         return env_ids
+
+    def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Mean of each metric over some environments, at least one, whose episode ends: 0-dim tensors."""
+        means = torch.stack(list(self.metrics.values())).index_select(1, env_ids).mean(dim=1)
+        return dict(zip(self.metrics, means.unbind(), strict=True))
 
     def compute(self, dt: float) -> None:
         """Update metrics, then timers, then draw the commands that are due, then update the commands.

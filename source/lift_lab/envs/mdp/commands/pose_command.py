@@ -92,8 +92,12 @@ class UniformPoseCommand(CommandTerm):
             quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:
             quat = math_utils.quat_unique(quat)
-        self.pose_command_b[env_ids] = torch.cat((drawn[:, :3], quat), dim=-1)
+        self.pose_command_b[env_ids] = torch.cat((self._choose_positions(env_ids, drawn[:, :3]), quat), dim=-1)
         self._update_world_pose(env_ids)
+
+    def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
+        """What to command some environments, in m in the root frame, where these were drawn: both of shape (n, 3)."""
+        return uniform_b
 
     def _update_command(self) -> None:
         pass

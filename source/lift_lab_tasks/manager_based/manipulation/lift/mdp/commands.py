@@ -9,7 +9,6 @@ import torch
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
 from lift_lab.envs.mdp._tensors import block, compact_index, range_limits, sample_ranges
 from lift_lab.managers import SceneEntityCfg
-from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils import configclass
 from lift_lab.utils.rows import fill_rows
 
@@ -56,15 +55,12 @@ class ObjectPoseCommand(UniformPoseCommand):
         # from sums of squared changes of actions and of joint velocities to what is measured
         acceleration_per_change = 1.0 / (len(joint_ids) * env.step_dt**2)
         self._per_change = torch.tensor([[1.0], [acceleration_per_change]], device=self.device)
-        self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
-        self._practice_spread_m = 0.0
+        self._practice_share, self._practice_spread_m = 0.0, 0.0
+        self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
 
-    practice_share: float = 0.0
-    """Share of the coming goals that are near one that was missed; see :meth:`practise`."""
-
-    def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, spread_m: float) -> None:
-        """Name the goals that :attr:`practice_share` of the coming ones are drawn from.
+    def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, share: float, spread_m: float) -> None:
+        """Let a share of the coming goals be near one of these.
 
         The others are uniform, and all of them while none was missed. The command's ranges hold for every goal. Means
         of the metrics leave out the episodes that practise, so that they say how the task itself is done.
@@ -72,43 +68,45 @@ class ObjectPoseCommand(UniformPoseCommand):
         Args:
             goals_b: positions in the robot's root frame in m, shape (n, 3); kept, not copied, as is the next.
             missed: 1 for a goal that was missed and 0 for one that was reached, shape (n,).
+            share: of the coming goals, within [0, 1]; with 0 nothing more is drawn than without this call.
             spread_m: how far a practised goal may lie from the missed one along each axis.
         """
-        self._missed_goals, self._practice_spread_m = (goals_b, missed), spread_m
+        self._missed_goals = (goals_b, missed)
+        self._practice_share, self._practice_spread_m = share, spread_m
 
-    def _resample_command(self, env_ids: torch.Tensor) -> None:
-        super()._resample_command(env_ids)
-        if self._missed_goals is None or self.practice_share == 0.0:
-            return
+    def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
+        if self._missed_goals is None or self._practice_share == 0.0:
+            return uniform_b
         goals_b, missed = self._missed_goals
         count, r, furthest = len(env_ids), self.cfg.ranges, self._practice_spread_m
         picked = torch.multinomial(missed + 1e-6, count, replacement=True)
         spread = sample_ranges([(-furthest, furthest)] * 3, count, self.device)
         low, high = range_limits((r.pos_x, r.pos_y, r.pos_z), self.device)
         again = torch.clamp(goals_b[picked] + spread, low, high)
-        taken = (torch.rand(count, device=self.device) < self.practice_share) & (missed[picked] > 0)
-        uniform = self.pose_command_b[env_ids, :3]
-        self.pose_command_b[env_ids, :3] = torch.where(taken.unsqueeze(1), again, uniform)
+        taken = (torch.rand(count, device=self.device) < self._practice_share) & (missed[picked] > 0)
         self._practised[env_ids] = taken
-        self._update_world_pose(env_ids)
+        return torch.where(taken.unsqueeze(1), again, uniform_b)
 
     def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
         """Those whose present goal is uniform; on a GPU the host waits for the answer while a share practises."""
-        return env_ids if self.practice_share == 0.0 else env_ids[~self._practised[env_ids]]
+        return env_ids if self._practice_share == 0.0 else env_ids[~self._practised[env_ids]]
 
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
-        ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
-        counted = self.counted_ids(ids)
-        steps = self._success_step[counted][self.metrics["success"][counted] > 0]
         extras = super().reset(env_ids)
-        if len(steps):
-            extras["time_to_success_s"] = steps.float().mean() * self._env.step_dt
         fill_rows(self._success_step, env_ids, _NEVER)
         fill_rows(self._steps, env_ids, 0.0)
         fill_rows(self._held, env_ids, False)
+        ids = slice(None) if env_ids is None else env_ids
         self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
+
+    def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
+        means = super()._episode_means(env_ids)
+        steps = self._success_step[env_ids][self.metrics["success"][env_ids] > 0]
+        if len(steps):
+            means["time_to_success_s"] = steps.float().mean() * self._env.step_dt
+        return means
 
     def _update_metrics(self) -> None:
         super()._update_metrics()

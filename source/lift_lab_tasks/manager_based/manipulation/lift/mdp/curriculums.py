@@ -93,8 +93,8 @@ class practise_missed_goals(ManagerTermBase):
     ``spread_m`` along each axis and within the command's ranges. The other episodes stay uniform, and all of them if
     none was missed. What is rewarded and what counts as success do not change.
 
-    An aid of training: ``evaluate.py`` and ``play.py`` leave it out. Means over episodes in the logs of a training
-    count the practised goals, too, and so are those of a harder task.
+    An aid of training: ``evaluate.py`` and ``play.py`` leave it out. Rewards in the logs of a training count
+    the episodes that practise, too, and so are those of a harder task; the command's metrics leave them out.
 
     Params:
         share: share of episodes that practise, within [0, 1].
@@ -118,7 +118,7 @@ class practise_missed_goals(ManagerTermBase):
             raise ConfigError(f"{name}: share is {params['share']}; it must be within [0, 1]")
         self._goals_b = torch.zeros(env.num_envs, 3, device=env.device)
         self._missed = torch.zeros(env.num_envs, device=env.device)
-        self._command.practise(self._goals_b, self._missed, params.get("spread_m", 0.02))
+        self._command.practise(self._goals_b, self._missed, share=0.0, spread_m=0.0)
 
     def __call__(
         self,
@@ -133,5 +133,6 @@ class practise_missed_goals(ManagerTermBase):
         if env.common_step_counter > 0:  # at 0 no episode has ended
             self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
             self._missed[env_ids] = 1.0 - command.metrics["success"][env_ids]
-        command.practice_share = share if env.common_step_counter >= start_step else 0.0
+        begun = env.common_step_counter >= start_step
+        command.practise(self._goals_b, self._missed, share if begun else 0.0, spread_m)
         return self._missed.mean()
