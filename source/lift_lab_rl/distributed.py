@@ -187,7 +187,7 @@ def standardise(values: torch.Tensor) -> torch.Tensor:
     deviations = values - mean
     variance = deviations.square().mean()
     average_([variance])
-    count = values.numel() * dist.get_world_size()
+    count = values.numel() * (dist.get_world_size() if is_active() else 1)
     return deviations / ((variance * (count / (count - 1))).sqrt() + 1e-8)
 
 

@@ -135,6 +135,37 @@ def test_the_mean_action_is_drawn_to_zero_where_nothing_else_speaks():
     assert after < 0.5 * before
 
 
+def _advantages(clip: float | None) -> torch.Tensor:
+    """Of a rollout in which one step in a hundred loses a lot."""
+    algorithm = make(PiecewisePPO, advantage_clip=clip)
+    generator = torch.Generator().manual_seed(2)
+    obs = TensorDict({"policy": torch.randn(NUM_ENVS, OBS, generator=generator)}, batch_size=[NUM_ENVS])
+    with torch.inference_mode():
+        for _ in range(STEPS):
+            algorithm.act(obs)
+            reward = torch.randn(NUM_ENVS, generator=generator)
+            reward -= 50.0 * (torch.rand(NUM_ENVS, generator=generator) < 0.01)
+            algorithm.process_env_step(obs, reward, torch.ones(NUM_ENVS).long(), {})
+        algorithm.compute_returns(obs)
+    return algorithm.storage.advantages
+
+
+def test_advantages_are_cut_off_at_a_number_of_standard_deviations():
+    free, cut = _advantages(None), _advantages(0.5)
+    assert free.abs().max() > 5.0  # the losses
+    expected = free.clip(-0.5, 0.5).double()
+    expected = (expected - expected.mean()) / expected.std()
+    torch.testing.assert_close(cut.double(), expected, atol=1e-5, rtol=1e-5)
+    assert cut.abs().max() < 0.6 * free.abs().max()
+    torch.testing.assert_close(_advantages(1000.0), free, atol=1e-5, rtol=1e-5)
+
+
+@pytest.mark.parametrize("clip", [0.0, -1.0, float("nan")])
+def test_a_limit_that_leaves_nothing_of_an_advantage_is_refused(clip):
+    with pytest.raises(ConfigError, match="advantage_clip is"):
+        make(PiecewisePPO, advantage_clip=clip)
+
+
 def test_mean_regularisation_is_refused_where_it_would_do_nothing():
     with pytest.raises(ConfigError, match="mean_reg_coef is -1"):
         make(PiecewisePPO, mean_reg_coef=-1.0)

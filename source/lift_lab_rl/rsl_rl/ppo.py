@@ -58,6 +58,7 @@ class PiecewisePPO(PPO):
         *,
         num_threads: int | None = None,
         mean_reg_coef: float = 0.0,
+        advantage_clip: float | None = None,
         **kwargs: Any,
     ):
         """Build rsl_rl's PPO.
@@ -68,11 +69,13 @@ class PiecewisePPO(PPO):
             storage: rollout storage.
             num_threads: threads the update may use on the CPU; None takes every CPU this process may run on.
             mean_reg_coef: weight in the loss of the squared length of the policy's mean action, averaged over samples.
+            advantage_clip: largest size of an advantage in standard deviations (:meth:`compute_returns`); None for
+                no limit.
             **kwargs: rsl_rl's settings.
 
         Raises:
             ConfigError: ``mean_reg_coef`` is negative, or not zero with networks or extensions that go through
-                rsl_rl's own update.
+                rsl_rl's own update; ``advantage_clip`` is not above zero.
         """
         super().__init__(actor, critic, storage, **kwargs)
         on_cpu = torch.device(self.device).type == "cpu"
@@ -96,6 +99,10 @@ class PiecewisePPO(PPO):
                 " distillation, symmetry or mixed precision; set it to 0"
             )
         self.mean_reg_coef = mean_reg_coef
+        if advantage_clip is not None and not 0.0 < advantage_clip < math.inf:
+            raise ConfigError(f"agent.algorithm.advantage_clip is {advantage_clip}; it must be above 0, or null")
+        self.inverse_advantage_clip = 0.0 if advantage_clip is None else 1.0 / advantage_clip
+        """One over the largest size of an advantage; 0 for no limit. The runner changes it as training goes on."""
 
     def _is_plain(self) -> bool:
         """Whether the networks and settings are those that the piecewise update covers."""
@@ -169,7 +176,10 @@ class PiecewisePPO(PPO):
         self.transition.clear()
 
     def compute_returns(self, obs: TensorDict) -> None:
-        """Values of the whole rollout, bootstrapping on time-outs, then rsl_rl's generalized advantages."""
+        """Values of the whole rollout, bootstrapping on time-outs, then rsl_rl's generalized advantages.
+
+        With a limit, advantages that are normalised are cut off there and normalised once more.
+        """
         if self._plain:
             st = self.storage
             values = self._outputs(self._raw_critic, st.observations.flatten(0, 1), self._piece_rows)
@@ -178,6 +188,9 @@ class PiecewisePPO(PPO):
         super().compute_returns(obs)
         if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
             self.storage.advantages = distributed.standardise(self.storage.returns - self.storage.values)
+        if self.inverse_advantage_clip > 0.0:
+            limit = 1.0 / self.inverse_advantage_clip
+            self.storage.advantages = distributed.standardise(self.storage.advantages.clamp(-limit, limit))
 
     # -- update
 

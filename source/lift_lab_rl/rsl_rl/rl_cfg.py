@@ -104,13 +104,23 @@ class RslRlPpoAlgorithmCfg:
     """Divergence that training ends with (ours); None keeps :attr:`desired_kl`."""
 
     anneal_iterations: tuple[int, int] = (0, 0)
-    """Iterations between which both go to their final values, linearly (ours)."""
+    """Iterations between which whatever has a final value goes to it, linearly (ours)."""
 
     mean_reg_coef: float = 0.0
     """Weight in the loss of the squared length of the mean action (ours; SAC of rlkit: ``policy_mean_reg_weight``).
 
     Where an action has no effect, as beyond a joint's limit, nothing else brings the policy back.
     """
+
+    advantage_clip: float | None = None
+    """Largest size of an advantage in standard deviations of the rollout's; they are normalised anew after (ours).
+
+    None for no limit. Rare large losses, as of an object that slips away, otherwise drown what holding it more
+    exactly would earn. Needs ``normalize_advantage_per_mini_batch=False``.
+    """
+
+    advantage_clip_final: float | None = None
+    """The same at the end of training (ours); None keeps :attr:`advantage_clip`. Its reciprocal is annealed."""
 
     max_grad_norm: float = MISSING
     """Largest norm of the gradients of actor and of critic."""

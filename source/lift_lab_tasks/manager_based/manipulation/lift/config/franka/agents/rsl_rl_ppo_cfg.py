@@ -33,6 +33,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         desired_kl_final=0.008,
         anneal_iterations=(600, 900),
         mean_reg_coef=0.003,
+        advantage_clip_final=0.5,
         num_learning_epochs=5,
         num_mini_batches=4,
         learning_rate=1.0e-3,
