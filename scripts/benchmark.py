@@ -119,8 +119,9 @@ def measure_task(args, overrides: list[str]) -> dict:
     before = time.perf_counter()
     env_cfg, _ = compose(args.task, None, overrides)
     runs.apply_flags(env_cfg, None, args, args.task, overrides, training=args.profile_training is not None)
-    if args.profile_training is not None and env_cfg.sim.device != "cpu":
-        raise ConfigError(f"--profile_training counts CPU time; give --device cpu, not '{env_cfg.sim.device}'")
+    flag = "--profile" if args.profile else "--profile_training" if args.profile_training is not None else None
+    if flag and env_cfg.sim.device != "cpu":
+        raise ConfigError(f"{flag} counts CPU time; give --device cpu, not '{env_cfg.sim.device}'")
     configured_s = time.perf_counter() - before
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
@@ -179,7 +180,7 @@ def measure_task(args, overrides: list[str]) -> dict:
     }
     if torch.device(inner.device).type == "cuda":
         result["waits_in_steps"] = host_waits(env, args.seed)
-    if args.profile and inner.device == "cpu":
+    if args.profile:
         from benchmark_profile import profile_steps, show_profile
 
         result["profile_s"] = profile_steps(env, args.steps, args.seed)
