@@ -16,7 +16,8 @@ SMALL = ["--task", "Lift-Cube-Franka", "--device", "cpu", "--num_threads", "1"]
 def script(monkeypatch, capsys):
     """Runs a script in this process; returns exit status, output and errors."""
     threads = torch.get_num_threads()
-    monkeypatch.syspath_prepend(str(SCRIPTS / "rsl_rl"))
+    for folder in (SCRIPTS, SCRIPTS / "rsl_rl"):
+        monkeypatch.syspath_prepend(str(folder))
 
     def call(name, *args):
         monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
@@ -123,6 +124,20 @@ def test_the_benchmark_measures_engine_and_environment(script, place):
     result = json.loads((place / "speed.json").read_text())
     assert result["ratio"] > 0.0
     assert result["ratio"] == pytest.approx(result["env_steps_per_s"] * 4 / result["physics_steps_per_s"])
+
+
+def test_a_profile_has_the_engine_and_the_update_among_its_parts(script, place):
+    flags = ["--task", "Lift-Cube-Franka", "--device", "cpu", "--num_envs", 8, "--steps", 5, "--json", "profile.json"]
+    status, printed, _ = script("benchmark.py", *flags, "--profile", "--profile_training", 1)
+    assert status == 0
+    result = json.loads((place / "profile.json").read_text())
+    step, iteration = result["profile_s"], result["profile_training_s"]
+    assert {"physics", "rewards", "observations"} < set(step)
+    assert {"physics", "actor: network", "critic: network", "update: forward", "update: backward"} < set(iteration)
+    assert all(seconds >= 0.0 for parts in (step, iteration) for seconds in parts.values())
+    # 24 steps of the environment are within an iteration
+    assert iteration["physics"] > step["physics"]
+    assert "CPU time of a training iteration of 8 environments" in printed
 
 
 def test_tasks_are_listed(script):
