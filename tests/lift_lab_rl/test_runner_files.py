@@ -291,25 +291,23 @@ def test_entropy_bonus_and_divergence_are_annealed_over_the_span():
     assert [kl for _, kl in used] == pytest.approx([0.01, 0.01, 0.007, 0.004, 0.004])
 
 
-def test_the_limit_of_advantages_is_annealed_from_none_on():
+def test_the_limit_of_advantages_begins_when_it_should():
     cfg = AgentCfg()
-    cfg.algorithm.advantage_clip_final = 0.5
-    cfg.algorithm.anneal_iterations = (1, 3)
+    cfg.algorithm.advantage_clip = 0.5
+    cfg.algorithm.advantage_clip_start = 2
     used = []
     torch.manual_seed(5)
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
-    runner.learn(5, on_iteration=lambda _: used.append(runner.alg.inverse_advantage_clip))
-    # none, none, one standard deviation, half of one from then on
-    assert used == pytest.approx([0.0, 0.0, 1.0, 2.0, 2.0])
-    assert runner.alg.storage.advantages.abs().max() < 3.0
+    runner.learn(4, on_iteration=lambda _: used.append(runner.alg.advantage_clip))
+    assert used == [None, None, 0.5, 0.5]
 
 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"advantage_clip_final": 0.0}, "advantage_clip_final is 0.0"),
+        ({"advantage_clip_start": -1}, "advantage_clip_start is -1"),
         ({"advantage_clip": 1.0, "normalize_advantage_per_mini_batch": True}, "normalize_advantage_per_mini_batch"),
-        ({"advantage_clip_final": 1.0, "class_name": "some.module:PPO"}, "some.module:PPO does not know it"),
+        ({"advantage_clip": 1.0, "class_name": "some.module:PPO"}, "some.module:PPO does not know it"),
     ],
 )
 def test_a_limit_of_advantages_that_could_not_work_is_refused(settings, message):

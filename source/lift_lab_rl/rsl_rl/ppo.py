@@ -101,8 +101,7 @@ class PiecewisePPO(PPO):
         self.mean_reg_coef = mean_reg_coef
         if advantage_clip is not None and not 0.0 < advantage_clip < math.inf:
             raise ConfigError(f"agent.algorithm.advantage_clip is {advantage_clip}; it must be above 0, or null")
-        self.inverse_advantage_clip = 0.0 if advantage_clip is None else 1.0 / advantage_clip
-        """One over the largest size of an advantage; 0 for no limit. The runner changes it as training goes on."""
+        self.advantage_clip = advantage_clip
 
     def _is_plain(self) -> bool:
         """Whether the networks and settings are those that the piecewise update covers."""
@@ -188,8 +187,8 @@ class PiecewisePPO(PPO):
         super().compute_returns(obs)
         if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
             self.storage.advantages = distributed.standardise(self.storage.returns - self.storage.values)
-        if self.inverse_advantage_clip > 0.0:
-            limit = 1.0 / self.inverse_advantage_clip
+        limit = self.advantage_clip
+        if limit is not None:
             self.storage.advantages = distributed.standardise(self.storage.advantages.clamp(-limit, limit))
 
     # -- update

@@ -104,7 +104,7 @@ class RslRlPpoAlgorithmCfg:
     """Divergence that training ends with (ours); None keeps :attr:`desired_kl`."""
 
     anneal_iterations: tuple[int, int] = (0, 0)
-    """Iterations between which whatever has a final value goes to it, linearly (ours)."""
+    """Iterations between which both go to their final values, linearly (ours)."""
 
     mean_reg_coef: float = 0.0
     """Weight in the loss of the squared length of the mean action (ours; SAC of rlkit: ``policy_mean_reg_weight``).
@@ -119,8 +119,8 @@ class RslRlPpoAlgorithmCfg:
     exactly would earn. Needs ``normalize_advantage_per_mini_batch=False``.
     """
 
-    advantage_clip_final: float | None = None
-    """The same at the end of training (ours); None keeps :attr:`advantage_clip`. Its reciprocal is annealed."""
+    advantage_clip_start: int = 0
+    """First iteration of that limit (ours)."""
 
     max_grad_norm: float = MISSING
     """Largest norm of the gradients of actor and of critic."""

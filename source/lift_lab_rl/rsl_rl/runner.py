@@ -219,6 +219,9 @@ class LiftLabRunner(OnPolicyRunner):
         share = 1.0 if done >= end else max(0, done - start) / (end - start)
         for name, (initial, final) in self.cfg["annealing"]["values"].items():
             setattr(self.alg, name, initial + (final - initial) * share)
+        clip, clip_start = self.cfg["annealing"]["advantage_clip"]
+        if clip is not None:
+            self.alg.advantage_clip = clip if done >= clip_start else None
 
     def _action_std(self) -> float:
         if isinstance(self.alg, PiecewisePPO):

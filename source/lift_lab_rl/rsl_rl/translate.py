@@ -6,7 +6,6 @@ its own class, observation normalisation and (the actor) output distribution.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -114,17 +113,14 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
         final = algorithm.pop(f"{name}_final")
         if final is not None:
             values[name] = (algorithm[name], final)
-    clip, final = algorithm["advantage_clip"], algorithm.pop("advantage_clip_final")
-    if final is not None:
-        if not 0.0 < final < math.inf:
-            raise ConfigError(f"agent.algorithm.advantage_clip_final is {final}; it must be above 0, or null")
-        values["inverse_advantage_clip"] = (0.0 if clip is None else 1.0 / clip, 1.0 / final)
-    limited = clip is not None or final is not None
-    if limited and algorithm["normalize_advantage_per_mini_batch"]:
+    clip, clip_start = algorithm["advantage_clip"], algorithm.pop("advantage_clip_start")
+    if clip_start < 0:
+        raise ConfigError(f"agent.algorithm.advantage_clip_start is {clip_start}; it must be at least 0")
+    if clip is not None and algorithm["normalize_advantage_per_mini_batch"]:
         raise ConfigError("agent.algorithm.advantage_clip needs normalize_advantage_per_mini_batch=False")
-    if limited and algorithm["class_name"] != "PPO":
+    if clip is not None and algorithm["class_name"] != "PPO":
         raise ConfigError(f"agent.algorithm.advantage_clip: {algorithm['class_name']} does not know it; set it to null")
-    return {"iterations": (start, end), "values": values}
+    return {"iterations": (start, end), "values": values, "advantage_clip": (clip, clip_start)}
 
 
 def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:

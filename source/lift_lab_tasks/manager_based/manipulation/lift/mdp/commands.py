@@ -58,8 +58,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
         self._practice_share, self._practice_spread_m = 0.0, 0.0
         self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
-        self._mean_offset_w = torch.zeros(self.num_envs, 3, device=self.device)
-        self._offset_share = min(1.0, env.step_dt / cfg.offset_time_s)
 
     def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, share: float, spread_m: float) -> None:
         """Let a share of the coming goals be near one of these.
@@ -89,17 +87,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._practised[env_ids] = taken
         return torch.where(taken.unsqueeze(1), again, uniform_b)
 
-    def missed(self, env_ids: Any) -> torch.Tensor:
-        """1 where the present goal is missed, else 0, shape (n,); known while :meth:`practise` has been called.
-
-        Missed is a goal that the object never came near enough to, and one that it is held off: noise carries it
-        across the line, but its mean offset of late (:attr:`ObjectPoseCommandCfg.offset_time_s`) is beyond
-        :attr:`ObjectPoseCommandCfg.success_distance`. An object that was dropped after all is neither.
-        """
-        offset_m = torch.linalg.vector_norm(self._mean_offset_w[env_ids], dim=1)
-        held_off = (offset_m > self.cfg.success_distance) & (self.metrics["first_pick_drop"][env_ids] == 0.0)
-        return (held_off | (self.metrics["success"][env_ids] == 0.0)).float()
-
     def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
         """Those whose present goal is uniform; on a GPU the host waits for the answer while a share practises."""
         return env_ids if self._practice_share == 0.0 else env_ids[~self._practised[env_ids]]
@@ -110,8 +97,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         fill_rows(self._success_step, env_ids, _NEVER)
         fill_rows(self._steps, env_ids, 0.0)
         fill_rows(self._held, env_ids, False)
-        if self._missed_goals is not None:
-            fill_rows(self._mean_offset_w, env_ids, 0.0)
         ids = slice(None) if env_ids is None else env_ids
         self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
@@ -127,10 +112,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         super()._update_metrics()
         metrics = self.metrics
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
-        offset_w = pos_w - self.goal_pos_w
-        if self._missed_goals is not None:
-            self._mean_offset_w.lerp_(offset_w, self._offset_share)
-        distance = torch.linalg.vector_norm(offset_w, dim=1)
+        distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
         metrics["object_position_error"] = distance
         reached = distance < self.cfg.success_distance
         metrics["success"].masked_fill_(reached, 1.0)
@@ -164,7 +146,5 @@ class ObjectPoseCommandCfg(UniformPoseCommandCfg):
     """Distance in m below which the object has reached the commanded position (the study's Eq. (7))."""
     pick_heights_m: tuple[float, float] = (0.03, 0.06)
     """An object above the second height (m, world) is held; below the first one after that, it was dropped."""
-    offset_time_s: float = 1.0
-    """Time constant in s of the mean offset that tells an object which is held off its goal."""
     smoothness_joint_names: list[str] = [".*"]
     """Joints whose accelerations are measured."""

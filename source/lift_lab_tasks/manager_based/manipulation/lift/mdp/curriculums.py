@@ -88,9 +88,8 @@ class practise_missed_goals(ManagerTermBase):
     """Give a share of the episodes a goal near one that an environment has just missed.
 
     A policy that reaches nearly every goal stops short of those at the corners of their range, where few samples are.
-    Each environment remembers the goal of its last episode if it was missed (:meth:`ObjectPoseCommand.missed`): the
-    object never came within the command's ``success_distance``, or was held off by more and only noise carried it
-    there. From ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take
+    Each environment remembers the goal of its last episode if the object never came within the command's
+    ``success_distance``. From ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take
     ``spread_m`` along each axis and within the command's ranges. The other episodes stay uniform, and all of them if
     none was missed. What is rewarded and what counts as success do not change.
 
@@ -133,7 +132,7 @@ class practise_missed_goals(ManagerTermBase):
         command = self._command
         if env.common_step_counter > 0:  # at 0 no episode has ended
             self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
-            self._missed[env_ids] = command.missed(env_ids)
+            self._missed[env_ids] = 1.0 - command.metrics["success"][env_ids]
         begun = env.common_step_counter >= start_step
         command.practise(self._goals_b, self._missed, share if begun else 0.0, spread_m)
         return self._missed.mean()
