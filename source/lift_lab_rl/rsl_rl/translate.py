@@ -118,17 +118,16 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
         raise ConfigError(f"agent.algorithm.advantage_clip_start is {clip_start}; it must be at least 0")
     if clip is not None and algorithm["normalize_advantage_per_mini_batch"]:
         raise ConfigError("agent.algorithm.advantage_clip needs normalize_advantage_per_mini_batch=False")
-    if clip is not None and algorithm["class_name"] != "PPO":
-        raise ConfigError(f"agent.algorithm.advantage_clip: {algorithm['class_name']} does not know it; set it to null")
     return {"iterations": (start, end), "values": values, "advantage_clip": (clip, clip_start)}
 
 
 def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:
     if algorithm["class_name"] == "PPO":
         return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
-    algorithm.pop("advantage_clip", None)
-    if algorithm.pop("mean_reg_coef", 0.0):
-        raise ConfigError(f"agent.algorithm.mean_reg_coef: {algorithm['class_name']} does not know it; set it to 0")
+    owner = algorithm["class_name"]
+    for name, off, written in (("mean_reg_coef", 0.0, "0"), ("advantage_clip", None, "null")):
+        if algorithm.pop(name, off) != off:
+            raise ConfigError(f"agent.algorithm.{name}: {owner} does not know it; set it to {written}")
     return algorithm
 
 
