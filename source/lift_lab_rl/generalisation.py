@@ -3,8 +3,8 @@
 Each fixes one thing that the policy met in one form only. Several may be combined:
 
 - ``mass=2.0``: the object's mass and inertia times this factor.
-- ``friction=0.5``: the sliding friction of every collider times this factor. (All of them, since a contact takes the
-  larger coefficient of its two colliders.)
+- ``friction=0.5``: the sliding friction of every collider and soft body times this factor. (All of them, since a
+  contact takes the larger coefficient of its two.)
 - ``pose=1.5``: the object starts outside the range of its reset event, within that range times this factor about its
   middle, evenly over the area between the two.
 - ``delay=0.01``: actions reach the actuators this many seconds late.
@@ -87,8 +87,10 @@ def _perturb_friction(env_cfg: Any, factor: float, _: str) -> None:
 
 
 def scale_friction(env: Any, env_ids: Any, factor: float) -> None:
-    """Event term: multiply the sliding friction of every collider; ``env_ids`` is not used."""
-    env.sim.physics.randomizable("geom_friction")[..., 0] *= factor
+    """Event term: multiply the sliding friction of every collider and soft body; ``env_ids`` is not used."""
+    physics = env.sim.physics
+    for name in ("geom_friction", "flex_friction") if physics.model.nflex else ("geom_friction",):
+        physics.randomizable(name)[..., 0] *= factor
 
 
 # -- pose
@@ -97,9 +99,9 @@ def scale_friction(env: Any, env_ids: Any, factor: float) -> None:
 def _perturb_pose(env_cfg: Any, factor: float, object_name: str) -> None:
     for name, event in _events(env_cfg):
         asset = event.params.get("asset_cfg") if event is not None else None
-        if event is not None and event.func is mdp.reset_root_state_uniform and asset and asset.name == object_name:
+        if event is not None and event.func in _OUTSIDE and asset and asset.name == object_name:
             changed = event.copy()
-            changed.func = reset_outside_range
+            changed.func = _OUTSIDE[event.func]
             changed.params = {**event.params, "factor": factor}
             _set_event(env_cfg, name, changed)
             return
@@ -127,21 +129,57 @@ def reset_outside_range(
     asset = env.scene[asset_cfg.name]
     rows = torch.arange(env.num_envs, device=env.device) if env_ids is None else env_ids
     state = asset.data.default_root_state[rows].clone()
-    state[:, :3] += env.scene.env_origins[rows]
-    wide = [axis for axis in "xyz" if pose_range.get(axis, (0.0, 0.0))[1] > pose_range.get(axis, (0.0, 0.0))[0]]
-    if not wide:
-        raise ConfigError("perturbation 'pose': the reset event's range has no width")
-    offsets = {axis: _uniform(pose_range, axis, state) for axis in _AXES}
-    unit = torch.rand(len(state), len(wide), device=env.device) * 2.0 - 1.0
-    for axis, offset in zip(wide, outside_unit_box(unit, factor).unbind(1), strict=True):
-        low, high = pose_range[axis]
-        offsets[axis] = (low + high) / 2 + offset * (high - low) / 2
-    state[:, :3] += torch.stack([offsets[axis] for axis in _AXES[:3]], 1)
-    rotation = math_utils.quat_from_euler_xyz(*(offsets[axis] for axis in _AXES[3:]))
+    state[:, :3] += env.scene.env_origins[rows] + _offsets_outside(pose_range, factor, state)
+    rotation = math_utils.quat_from_euler_xyz(*(_uniform(pose_range, axis, state) for axis in _AXES[3:]))
     state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
     state[:, 7:] += torch.stack([_uniform(velocity_range, axis, state) for axis in _AXES], 1)
-    asset.write_root_pose_to_sim(state[:, :7], env_ids=env_ids)
-    asset.write_root_velocity_to_sim(state[:, 7:], env_ids=env_ids)
+    asset.write_root_state_to_sim(state, env_ids=env_ids)
+
+
+def reset_nodes_outside_range(
+    env: Any,
+    env_ids: Any,
+    position_range: dict[str, tuple[float, float]],
+    velocity_range: dict[str, tuple[float, float]],
+    asset_cfg: SceneEntityCfg,
+    factor: float,
+) -> None:
+    """Event term: as ``reset_nodal_state_uniform``, but evenly where the widened range is and the range is not.
+
+    Args:
+        env: the environment.
+        env_ids: environments to reset.
+        position_range: (low, high) of the offset from the default positions, in m.
+        velocity_range: as of ``reset_nodal_state_uniform``.
+        asset_cfg: the deformable object.
+        factor: how much wider the widened range is, above 1.
+    """
+    asset = env.scene[asset_cfg.name]
+    rows = torch.arange(env.num_envs, device=env.device) if env_ids is None else env_ids
+    state = asset.data.default_nodal_state_w[rows].clone()
+    state[..., :3] += _offsets_outside(position_range, factor, state)[:, None]
+    state[..., 3:] += torch.stack([_uniform(velocity_range, axis, state) for axis in "xyz"], 1)[:, None]
+    asset.write_nodal_state_to_sim(state, env_ids=env_ids)
+
+
+_OUTSIDE: dict[Any, Callable[..., None]] = {
+    mdp.reset_root_state_uniform: reset_outside_range,
+    mdp.reset_nodal_state_uniform: reset_nodes_outside_range,
+}
+"""What stands for which reset event."""
+
+
+def _offsets_outside(ranges: dict[str, tuple[float, float]], factor: float, like: torch.Tensor) -> torch.Tensor:
+    """Offsets along x, y and z in m, evenly where the widened range is and the range is not, shape (n, 3)."""
+    wide = [axis for axis in "xyz" if ranges.get(axis, (0.0, 0.0))[1] > ranges.get(axis, (0.0, 0.0))[0]]
+    if not wide:
+        raise ConfigError("perturbation 'pose': the reset event's range has no width")
+    offsets = {axis: _uniform(ranges, axis, like) for axis in "xyz"}
+    unit = torch.rand(len(like), len(wide), device=like.device) * 2.0 - 1.0
+    for axis, offset in zip(wide, outside_unit_box(unit, factor).unbind(1), strict=True):
+        low, high = ranges[axis]
+        offsets[axis] = (low + high) / 2 + offset * (high - low) / 2
+    return torch.stack([offsets[axis] for axis in "xyz"], 1)
 
 
 _AXES = ("x", "y", "z", "roll", "pitch", "yaw")

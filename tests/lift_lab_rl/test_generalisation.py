@@ -8,6 +8,7 @@ from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.generalisation import STANDARD, outside_unit_box, parse_perturbation, perturb
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.joint_pos_env_cfg import FrankaCubeLiftEnvCfg
+from lift_lab_tasks.manager_based.manipulation.lift.config.franka.soft_cube_env_cfg import FrankaSoftCubeLiftEnvCfg
 
 
 def _make(*texts, num_envs=4, edit=None):
@@ -75,6 +76,28 @@ def test_the_object_starts_outside_the_trained_range_and_inside_the_widened_one(
     assert share.max() <= 1.5 + 1e-4
     torch.testing.assert_close(offset[:, 2], torch.zeros(64), atol=1e-6, rtol=0)
     env.close()
+
+
+def test_a_soft_object_is_perturbed_as_a_rigid_one_is():
+    def make(*texts):
+        cfg = FrankaSoftCubeLiftEnvCfg()
+        cfg.scene.num_envs, cfg.sim.device, cfg.seed = 16, "cpu", 5
+        for text in texts:
+            perturb(cfg, text)
+        env = ManagerBasedRLEnv(cfg)
+        env.reset()
+        return env
+
+    plain, env = make(), make("mass=2.0", "friction=0.5", "pose=1.5")
+    torch.testing.assert_close(env.scene["object"].get_masses(), 2.0 * plain.scene["object"].get_masses())
+    for name in ("geom_friction", "flex_friction"):
+        before, after = (one.sim.physics.randomizable(name)[..., 0] for one in (plain, env))
+        torch.testing.assert_close(after, 0.5 * before)
+    for one, least, most in ((plain, 0.0, 1.0), (env, 1.0, 1.5)):
+        offset = one.scene["object"].data.root_pos_w - one.scene.env_origins - torch.tensor([0.5, 0.0, 0.02])
+        share = (offset[:, :2] / torch.tensor([0.1, 0.25])).abs().amax(1)
+        assert least - 1e-4 <= share.min() < share.max() <= most + 1e-4
+        one.close()
 
 
 def test_delayed_actions_reach_the_joints_two_physics_steps_late():

@@ -7,7 +7,6 @@ import torch
 import lift_lab_tasks  # noqa: F401
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.envs.mdp import anneal_reward_weight, modify_reward_weight
-from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.rsl_rl import to_rsl_rl
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg, registered_tasks
 from lift_lab_tasks.utils.hydra import compose
@@ -145,8 +144,21 @@ def test_the_event_preset_gives_every_environment_a_cube_of_its_own():
     assert 1.4 < pad.max() <= 1.5
     assert (mass.std(0) > 0).sum() == 1
     env.close()
-    with pytest.raises(ConfigError, match="no presets for 'env/events'"):
-        compose("Lift-Soft-Cube-Franka", None, ["env/events=randomized"])
+
+
+def test_the_event_preset_gives_every_environment_a_soft_cube_of_its_own():
+    cfg, _ = compose("Lift-Soft-Cube-Franka", None, ["env/events=randomized"])
+    cfg.scene.num_envs, cfg.seed, cfg.sim.device = 16, 5, "cpu"
+    env = ManagerBasedRLEnv(cfg)
+    env.reset()
+    cube = env.scene["object"]
+    masses, friction = cube.get_masses(), env.sim.physics.randomizable("flex_friction")[:, 0, 0]
+    for drawn, low, high in ((masses, 0.05, 0.2), (friction, 0.5, 1.5)):
+        assert low <= drawn.min() < drawn.mean() < drawn.max() <= high
+    offset = cube.data.root_pos_w - env.scene.env_origins - torch.tensor([0.5, 0.0, 0.02])
+    assert 0.05 < offset[:, 0].abs().max() <= 0.1
+    assert 0.12 < offset[:, 1].abs().max() <= 0.25
+    env.close()
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import torch
 
 from lift_lab.sim.schemas import apply_schemas
 from lift_lab.sim.spawners.spawner_cfg import Spawned
+from lift_lab.utils.attributes import SuggestsAttributes
 from lift_lab.utils.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ logger = logging.getLogger(__name__)
 EnvIds = Sequence[int] | torch.Tensor | slice | None
 
 
-class AssetBase:
+class AssetBase(SuggestsAttributes):
     """A spawned thing. This class itself serves static ones, which have a place and no state."""
 
     def __init__(self, cfg: AssetBaseCfg):
@@ -32,6 +33,9 @@ class AssetBase:
         self.cfg = cfg.copy()
         self.name = ""
         self.spawned: Spawned | None = None
+
+    def _described(self) -> str:
+        return f"'{self.name}' ({type(self).__name__}) has"
 
     @property
     def prim_name(self) -> str:
@@ -128,6 +132,11 @@ class AssetBase:
 
     def _local_name(self, name: str) -> str:
         return name[len(self.name) + 1 :]
+
+    def _rows(self, env_ids: EnvIds) -> torch.Tensor:
+        """Environment ids as a LongTensor on the device, also of all."""
+        ids = self._env_ids(env_ids)
+        return torch.arange(self.num_instances, device=self._physics.device) if ids is None else ids
 
     def _env_ids(self, env_ids: EnvIds) -> torch.Tensor | None:
         """Environment ids as a LongTensor on the device; None for all."""

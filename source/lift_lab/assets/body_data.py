@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import torch
 
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.attributes import SuggestsAttributes
 
 from .asset_base import as_columns
 
@@ -22,7 +23,7 @@ T = TypeVar("T")
 
 
 def cached(compute: Callable[[Any], torch.Tensor]) -> property:
-    """A read-only property computed once per engine state (see :meth:`BodyData.invalidate`)."""
+    """A read-only property computed once per engine state (see :meth:`AssetData.invalidate`)."""
     name = compute.__name__
 
     def read(self: Any) -> torch.Tensor:
@@ -36,7 +37,26 @@ def cached(compute: Callable[[Any], torch.Tensor]) -> property:
     return property(read)
 
 
-class BodyData:
+class AssetData(SuggestsAttributes):
+    """State of an asset, kept until the engine moves on."""
+
+    asset_name: str = ""
+    """Name of the asset in its scene."""
+    _cache: dict[str, torch.Tensor]
+
+    def invalidate(self) -> None:
+        """Forget cached values: the engine's state has changed."""
+        self._cache.clear()
+
+    def update(self, dt: float) -> None:
+        """Isaac Lab's name of :meth:`invalidate`."""
+        self._cache.clear()
+
+    def _described(self) -> str:
+        return f"the data of '{self.asset_name}' ({type(self).__name__.removesuffix('Data')}) have"
+
+
+class BodyData(AssetData):
     """Poses and velocities of an asset's root and bodies."""
 
     def __init__(
@@ -52,7 +72,7 @@ class BodyData:
         self._physics = physics
         self._origins_w = env_origins_w
         self._body_origins_w = env_origins_w[:, None]
-        self._cache: dict[str, torch.Tensor] = {}
+        self._cache = {}
         self._body_cols = as_columns(body_ids)
         self._root_body = body_ids[0]
         self._qadr = free_qpos_adr
@@ -85,14 +105,6 @@ class BodyData:
         """Direction of gravity, shape (num_envs, 3)."""
         self.FORWARD_VEC_B = torch.tensor([1.0, 0.0, 0.0], device=device).repeat(physics.num_envs, 1)
         """The root's forward direction, shape (num_envs, 3)."""
-
-    def invalidate(self) -> None:
-        """Forget cached values: the engine's state has changed."""
-        self._cache.clear()
-
-    def update(self, dt: float) -> None:
-        """Isaac Lab's name of :meth:`invalidate`."""
-        self._cache.clear()
 
     # -- root pose
 

@@ -67,6 +67,7 @@ class MovableAsset(AssetBase):
         self._wrench_set = False
         self._force_b = torch.zeros(physics.num_envs, len(self._ids), 6, device=physics.device)
         self._make_data()
+        self._data.asset_name = self.name
         state = self.cfg.init_state
         default = torch.tensor(
             [
@@ -349,7 +350,3 @@ class MovableAsset(AssetBase):
         target = field if field.ndim == 2 else field[..., 0]
         cols = torch.tensor(geoms, dtype=torch.long, device=rows.device)
         target[rows[:, None], cols] = values.reshape(-1, 1).to(field.dtype)
-
-    def _rows(self, env_ids: EnvIds) -> torch.Tensor:
-        ids = self._env_ids(env_ids)
-        return torch.arange(self.num_instances, device=self._physics.device) if ids is None else ids

@@ -31,6 +31,10 @@ class MissingFieldError(LiftLabError, TypeError):
     """A configuration leaves entries at ``MISSING`` that must be set."""
 
 
+class UnknownAttributeError(LiftLabError, AttributeError):
+    """An object has nothing of that name."""
+
+
 class NotFoundError(LiftLabError, KeyError):
     """Nothing of that name exists."""
 

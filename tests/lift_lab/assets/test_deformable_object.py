@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 import torch
 from pxr import Usd, UsdGeom
@@ -15,7 +16,7 @@ from lift_lab.sim.physics import make_physics
 from lift_lab.usd import UsdImportError, load
 from lift_lab.utils import configclass
 from lift_lab.utils.assets import ASSETS_USD_DIR
-from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.errors import ConfigError, UnknownAttributeError
 
 SIZE = (0.06, 0.04, 0.08)
 DT = 0.005
@@ -129,6 +130,51 @@ def test_a_state_of_the_scene_is_taken_and_given_back():
     assert not torch.allclose(soft.data.nodal_state_w, before)
     scene.reset_to(state, is_relative=True)
     torch.testing.assert_close(soft.data.nodal_state_w, before, atol=1e-6, rtol=0)
+
+
+def test_a_mass_is_written_to_some_environments_and_shared_by_the_nodes():
+    scene = start(soft_box())
+    soft, physics = scene["object"], scene.sim.physics
+    torch.testing.assert_close(soft.data.default_mass, torch.full((3, 1), 0.3))
+    soft.write_body_mass_to_sim(torch.tensor([[0.6], [0.1]]), env_ids=[0, 2])
+    torch.testing.assert_close(soft.get_masses(), torch.tensor([[0.6], [0.3], [0.1]]))
+    model = scene.sim.model
+    for env_id, mass in enumerate((0.6, 0.3, 0.1)):
+        inertia = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, physics.get_data(env_id), inertia)
+        # eight nodes that slide along three axes
+        np.testing.assert_allclose(inertia, np.eye(24) * mass / 8, atol=1e-6)
+    with pytest.raises(ConfigError, match="'object': masses must be positive, got 0"):
+        soft.write_body_mass_to_sim(torch.zeros(3, 1))
+
+
+def test_friction_is_written_to_some_environments_and_slows_a_slide():
+    cfg = soft_box()
+    cfg.init_state.pos = (0.0, 0.0, SIZE[2] / 2)
+    scene = start(cfg, ground=True)
+    soft = scene["object"]
+    scene.sim.physics.randomizable("geom_friction")[..., 0] = 0.0  # the larger one of two counts
+    soft.write_friction_to_sim(torch.full((3,), 0.1))
+    soft.write_friction_to_sim(torch.tensor([[0.2], [0.3]]), env_ids=[1, 2])
+    step(scene, 60)
+    state = soft.data.nodal_state_w.clone()
+    state[..., 3] = 1.5
+    soft.write_nodal_state_to_sim(state)
+    steps = 60
+    step(scene, steps)
+    friction = torch.tensor([0.1, 0.2, 0.3])
+    torch.testing.assert_close(soft.data.root_vel_w[:, 0], 1.5 - friction * 9.81 * steps * DT, atol=0.04, rtol=0)
+
+
+def test_what_it_has_not_is_named_with_what_is_near():
+    soft = start(soft_box())["object"]
+    with pytest.raises(
+        UnknownAttributeError, match=r"^the data of 'object' \(DeformableObject\) have no 'root_quat_w'"
+    ):
+        _ = soft.data.root_quat_w
+    with pytest.raises(AttributeError, match=r"^'object' \(DeformableObject\) has no 'write_nodal_pos'; did you mean"):
+        _ = soft.write_nodal_pos
+    assert not hasattr(soft, "write_joint_state_to_sim")
 
 
 def test_nodes_are_turned_about_their_mean():

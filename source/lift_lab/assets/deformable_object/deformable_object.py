@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -106,6 +107,7 @@ class DeformableObject(AssetBase):
         self._qpos = as_columns([int(model.jnt_qposadr[j]) for j in joints])
         self._qvel = as_columns([int(model.jnt_dofadr[j]) for j in joints])
         self._data = DeformableObjectData(physics, env_origins_w, self._nodes, self._qpos, self._qvel)
+        self._data.asset_name = self.name
 
     def update(self, dt: float) -> None:
         """Forget cached data: the engine's state has changed."""
@@ -129,6 +131,53 @@ class DeformableObject(AssetBase):
         values = (nodal_vel @ self._data.home_rot).flatten(1)
         self._physics.write("qvel", values, self._env_ids(env_ids), self._qvel)
         self._data.invalidate()
+
+    def get_masses(self) -> torch.Tensor:
+        """Current mass in kg, shape (num_envs, 1)."""
+        return self._physics.randomizable("body_mass")[:, self._nodes].sum(dim=1, keepdim=True).float()
+
+    def write_body_mass_to_sim(
+        self,
+        masses: torch.Tensor,
+        body_ids: Sequence[int] | torch.Tensor | None = None,
+        env_ids: EnvIds = None,
+        recompute_inertia: bool = True,
+    ) -> None:
+        """Set the mass; the nodes share it as they do at start.
+
+        Args:
+            masses: in kg, shape (n, 1).
+            body_ids: the one body, or None.
+            env_ids: environments, or None for all.
+            recompute_inertia: for the likeness with rigid bodies: nodes are points.
+
+        Raises:
+            ConfigError: a mass that is not positive.
+        """
+        if bool((masses <= 0).any()):
+            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+        rows = self._rows(env_ids)
+        nodes = torch.tensor(self._nodes, device=rows.device)
+        model = self._physics.model
+        ratio = masses / self._data.default_mass[rows]
+        for name in ("body_mass", "body_inertia"):
+            field = self._physics.randomizable(name)
+            default = torch.tensor(getattr(model, name)[self._nodes], dtype=field.dtype, device=field.device)
+            field[rows[:, None], nodes] = default * ratio.to(field.dtype).view(-1, *[1] * default.ndim)
+        self._physics.recompute_constants()
+
+    def write_friction_to_sim(
+        self, friction: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set the sliding friction.
+
+        Args:
+            friction: coefficient, shape (n,) or (n, 1).
+            body_ids: the one body, or None.
+            env_ids: environments, or None for all.
+        """
+        field = self._physics.randomizable("flex_friction")
+        field[self._rows(env_ids), self._flex, 0] = friction.reshape(-1).to(field.dtype)
 
     def transform_nodal_pos(
         self, nodal_pos: torch.Tensor, pos: torch.Tensor | None = None, quat: torch.Tensor | None = None

@@ -8,13 +8,13 @@ import torch
 
 from lift_lab.utils import math as math_utils
 
-from ..body_data import cached
+from ..body_data import AssetData, cached
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
 
-class DeformableObjectData:
+class DeformableObjectData(AssetData):
     """Positions and velocities of the nodes, world frame (with the environment's origin)."""
 
     def __init__(
@@ -28,7 +28,7 @@ class DeformableObjectData:
         self._physics = physics
         self._origins_w = env_origins_w
         self._qpos, self._qvel = qpos, qvel
-        self._cache: dict[str, torch.Tensor] = {}
+        self._cache = {}
         model, device = physics.model, physics.device
         self.home_pos = torch.tensor(model.body_pos[nodes], dtype=torch.float32, device=device)
         """Nodes at rest in the environment's frame in m, shape (num nodes, 3)."""
@@ -39,14 +39,9 @@ class DeformableObjectData:
         state[..., :3] += env_origins_w[:, None]
         self.default_nodal_state_w = state
         """Default positions (m) and velocities (m/s), shape (num_envs, num nodes, 6)."""
-
-    def invalidate(self) -> None:
-        """Forget cached values: the engine's state has changed."""
-        self._cache.clear()
-
-    def update(self, dt: float) -> None:
-        """Isaac Lab's name of :meth:`invalidate`."""
-        self._cache.clear()
+        mass = float(model.body_mass[nodes].sum())
+        self.default_mass = torch.full((physics.num_envs, 1), mass, device=device)
+        """Mass at start in kg, shape (num_envs, 1)."""
 
     def _by_node(self, values: torch.Tensor) -> torch.Tensor:
         return values.view(len(values), -1, 3) @ self.home_rot.T

@@ -94,7 +94,7 @@ RANDOMIZABLE_FIELDS = _words(
     "geom_pos geom_quat geom_friction geom_solref geom_solimp geom_solmix geom_margin geom_gap geom_rgba",
     "site_pos site_quat cam_pos cam_quat cam_fovy",
     "actuator_gainprm actuator_biasprm actuator_dynprm actuator_gear actuator_ctrlrange actuator_forcerange",
-    "eq_data eq_solref eq_solimp qpos0 qpos_spring opt.gravity",
+    "eq_data eq_solref eq_solimp flex_friction qpos0 qpos_spring opt.gravity",
 )
 """Model fields that may differ between environments: numbers, never structure (counts, ids, types, sizes)."""
 

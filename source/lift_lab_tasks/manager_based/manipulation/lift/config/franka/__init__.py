@@ -23,8 +23,12 @@ _EVENTS = {
     "randomized": f"{_FRANKA}.event_sets:RandomizedEventCfg",
 }
 
+_SOFT_EVENTS = {
+    "plain": f"{_FRANKA}.event_sets:SoftEventCfg",
+    "randomized": f"{_FRANKA}.event_sets:RandomizedSoftEventCfg",
+}
+
 _PRESETS = {"env.curriculum": _CURRICULA, "env.rewards": _REWARDS}
-_RIGID_PRESETS = {**_PRESETS, "env.events": _EVENTS}  # they place and weigh a rigid body
 
 for _id, _env_cfg, _agent in (
     ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
@@ -58,6 +62,6 @@ for _id, _env_cfg, _agent in (
                 "sb3_cfg_entry_point": f"{_FRANKA}.agents:sb3_ppo_cfg.yaml",
                 "success": f"{_LIFT}.mdp:object_reached_goal",
                 "cpu_num_envs": 512,
-                "presets": _PRESETS if "Soft" in _id else _RIGID_PRESETS,
+                "presets": {**_PRESETS, "env.events": _SOFT_EVENTS if "Soft" in _id else _EVENTS},
             },
         )

@@ -44,3 +44,28 @@ class RandomizedEventCfg(EventCfg):
         mode="startup",
         params={"asset_cfg": SceneEntityCfg("robot", body_names="panda_.*finger"), **_SURFACES},
     )
+
+
+_PLACE_SOFT_OBJECT = EventTerm(
+    func=mdp.reset_nodal_state_uniform,
+    mode="reset",
+    params={
+        "position_range": {"x": (-0.1, 0.1), "y": (-0.25, 0.25), "z": (0.0, 0.0)},
+        "velocity_range": {},
+        "asset_cfg": SceneEntityCfg("object"),
+    },
+)
+
+
+@configclass
+class SoftEventCfg(EventCfg):
+    """The plain events with a soft object."""
+
+    reset_object_position = _PLACE_SOFT_OBJECT
+
+
+@configclass
+class RandomizedSoftEventCfg(RandomizedEventCfg):
+    """The randomised events with a soft object."""
+
+    reset_object_position = _PLACE_SOFT_OBJECT

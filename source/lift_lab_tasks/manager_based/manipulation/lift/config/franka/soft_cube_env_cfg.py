@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from lift_lab.assets import DeformableObjectCfg
-from lift_lab.managers import EventTermCfg as EventTerm
-from lift_lab.managers import SceneEntityCfg
 from lift_lab.sim.spawners.from_files.from_files_cfg import UsdFileCfg
 from lift_lab.utils import configclass
 from lift_lab.utils.assets import ASSETS_USD_DIR
-from lift_lab_tasks.manager_based.manipulation.lift import mdp
 
 from . import joint_pos_env_cfg
+from .event_sets import SoftEventCfg
 
 
 @configclass
 class FrankaSoftCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
     """``Lift-Soft-Cube-Franka``: the baseline with a cube of soft rubber; its centre is to reach the goal."""
+
+    events: SoftEventCfg = SoftEventCfg()
 
     def __post_init__(self):
         super().__post_init__()
@@ -23,15 +23,6 @@ class FrankaSoftCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
             prim_path="{ENV_REGEX_NS}/Object",
             init_state=DeformableObjectCfg.InitialStateCfg(pos=(0.5, 0.0, 0.02)),
             spawn=UsdFileCfg(usd_path=str(ASSETS_USD_DIR / "soft_cube.usda")),
-        )
-        self.events.reset_object_position = EventTerm(
-            func=mdp.reset_nodal_state_uniform,
-            mode="reset",
-            params={
-                "position_range": {"x": (-0.1, 0.1), "y": (-0.25, 0.25), "z": (0.0, 0.0)},
-                "velocity_range": {},
-                "asset_cfg": SceneEntityCfg("object"),
-            },
         )
         self.sim.mujoco.integrator = "discrete"
 

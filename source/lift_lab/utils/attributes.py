@@ -1,0 +1,26 @@
+"""Objects that say what they have when they are asked for what they have not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .errors import UnknownAttributeError, suggest
+
+
+class SuggestsAttributes:
+    """A wrong public attribute raises :class:`UnknownAttributeError`, one line with the nearest names.
+
+    Terms reach for the state of whatever asset a config gives them: with the wrong kind of asset, this names both.
+    """
+
+    def _described(self) -> str:
+        """Start of the message, e.g. ``"'object' (RigidObject) has"``."""
+        return f"{type(self).__name__} has"
+
+    if not TYPE_CHECKING:  # a type checker would take every name for an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_") or hasattr(type(self), name):  # in a property that fails, the error is its own
+                return object.__getattribute__(self, name)
+            names = [key for key in dir(self) if not key.startswith("_")]
+            raise UnknownAttributeError(f"{self._described()} no '{name}'; {suggest(name, names)}")
