@@ -20,5 +20,6 @@ for _id, _module, _agent in (
                 "env_cfg_entry_point": f"{_FRANKA}.{_module}:{_env_cfg}",
                 "rsl_rl_cfg_entry_point": f"{_FRANKA}.agents.rsl_rl_ppo_cfg:{_agent}",
                 "success": f"{_TASK}.mdp:pose_reached",
+                "cpu_num_envs": 512,
             },
         )
