@@ -109,11 +109,11 @@ def main() -> int:
         fingerprint = runs.fingerprint(env_cfg, agent_cfg)
         env = gym.make(args.task, cfg=env_cfg)
         try:
-            say(str(env.unwrapped))
             env = film_training(env, args, run_dir, say)
             wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
             plain = to_rsl_rl(agent_cfg, wrapped.get_observations().keys())
             runner = LiftLabRunner(wrapped, plain, run_dir, agent_cfg.device, fingerprint, place)
+            say(str(env.unwrapped))
             if checkpoint is not None:
                 runner.load(str(checkpoint))
                 say(f"resuming {checkpoint}: {runner.load_resume_state(checkpoint)}")

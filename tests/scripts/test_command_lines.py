@@ -178,14 +178,20 @@ def test_tasks_are_listed(script):
             [*SMALL, "--num_envs", "2", "env.scene.object.spawn.usd_path=cubee.usda"],
             "did you mean 'cube.usda'",
         ),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--num_envs", "2", "agent.algorithm.advantage_clip=-1"],
+            "agent.algorithm.advantage_clip is -1.0; it must be above 0, or null",
+        ),
         ("list_envs.py", ["--keyword", "zzz"], "no task contains 'zzz'"),
         ("list_envs.py", ["extra"], "unexpected argument 'extra'"),
         ("benchmark.py", ["--task", "Lift-Cube-Franka", "--steps", "0"], "at least 1, got '0'"),
     ],
 )
 def test_a_mistake_is_answered_in_one_line(script, name, args, message):
-    status, _, err = script(name, *args)
+    status, out, err = script(name, *args)
     assert status == 2
+    assert out == ""
     assert err.startswith("error: ")
     assert message in err
     assert err.count("\n") == 1
