@@ -45,13 +45,23 @@ class FrankaReachPPORunnerCfg(RslRlOnPolicyRunnerCfg):
 
 @configclass
 class FrankaReachIKRelPPORunnerCfg(FrankaReachPPORunnerCfg):
-    """The same for changes of the hand's pose."""
+    """The same for changes of the hand's pose; less noise at first, as one is half a metre."""
 
     experiment_name = "franka_reach_ik_rel"
+    max_iterations = 800
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.policy.init_noise_std = 0.3
 
 
 @configclass
 class FrankaReachIKAbsPPORunnerCfg(FrankaReachPPORunnerCfg):
-    """The same for poses of the hand."""
+    """The same for poses of the hand; less noise at first, as one is a metre."""
 
     experiment_name = "franka_reach_ik_abs"
+    max_iterations = 800
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.policy.init_noise_std = 0.2
