@@ -21,6 +21,7 @@ from typing import Any
 import torch
 
 from lift_lab.envs import mdp
+from lift_lab.envs.mdp._tensors import block
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
@@ -127,9 +128,8 @@ def reset_outside_range(
         factor: how much wider the widened range is, above 1.
     """
     asset = env.scene[asset_cfg.name]
-    rows = torch.arange(env.num_envs, device=env.device) if env_ids is None else env_ids
-    state = asset.data.default_root_state[rows].clone()
-    state[:, :3] += env.scene.env_origins[rows] + _offsets_outside(pose_range, factor, state)
+    state = block(asset.data.default_root_state, env_ids)
+    state[:, :3] += block(env.scene.env_origins, env_ids) + _offsets_outside(pose_range, factor, state)
     rotation = math_utils.quat_from_euler_xyz(*(_uniform(pose_range, axis, state) for axis in _AXES[3:]))
     state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
     state[:, 7:] += torch.stack([_uniform(velocity_range, axis, state) for axis in _AXES], 1)
@@ -155,8 +155,7 @@ def reset_nodes_outside_range(
         factor: how much wider the widened range is, above 1.
     """
     asset = env.scene[asset_cfg.name]
-    rows = torch.arange(env.num_envs, device=env.device) if env_ids is None else env_ids
-    state = asset.data.default_nodal_state_w[rows].clone()
+    state = block(asset.data.default_nodal_state_w, env_ids)
     state[..., :3] += _offsets_outside(position_range, factor, state)[:, None]
     state[..., 3:] += torch.stack([_uniform(velocity_range, axis, state) for axis in "xyz"], 1)[:, None]
     asset.write_nodal_state_to_sim(state, env_ids=env_ids)

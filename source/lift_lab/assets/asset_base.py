@@ -133,6 +133,10 @@ class AssetBase(SuggestsAttributes):
     def _local_name(self, name: str) -> str:
         return name[len(self.name) + 1 :]
 
+    def _check_masses(self, masses: torch.Tensor) -> None:
+        if bool((masses <= 0).any()):
+            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+
     def _rows(self, env_ids: EnvIds) -> torch.Tensor:
         """Environment ids as a LongTensor on the device, also of all."""
         ids = self._env_ids(env_ids)

@@ -270,8 +270,7 @@ class MovableAsset(AssetBase):
         Raises:
             ConfigError: a mass that is not positive.
         """
-        if bool((masses <= 0).any()):
-            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+        self._check_masses(masses)
         rows = self._rows(env_ids)
         chosen = list(range(self.num_bodies)) if body_ids is None else [int(b) for b in body_ids]
         cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)

@@ -154,8 +154,7 @@ class DeformableObject(AssetBase):
         Raises:
             ConfigError: a mass that is not positive.
         """
-        if bool((masses <= 0).any()):
-            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+        self._check_masses(masses)
         rows = self._rows(env_ids)
         nodes = torch.tensor(self._nodes, device=rows.device)
         model = self._physics.model

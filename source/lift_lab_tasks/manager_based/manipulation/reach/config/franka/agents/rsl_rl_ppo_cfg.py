@@ -1,7 +1,7 @@
 """PPO settings of the Franka reach tasks, a folder of runs for each kind of action.
 
-Isaac Lab's settings are for a hundred million samples. These need five (docs/learning.md): normalised observations, a
-shorter horizon, larger steps, no entropy bonus and a larger network.
+Isaac Lab's settings are for a hundred million samples. These need five to ten (docs/learning.md): normalised
+observations, a shorter horizon, larger steps, no entropy bonus and a larger network.
 """
 
 from __future__ import annotations
