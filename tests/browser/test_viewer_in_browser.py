@@ -87,11 +87,11 @@ def see(page, name: str) -> np.ndarray:
 
 
 def wait_for(what, describe: str):
-    """The first true value of ``what()``."""
+    """The first picture or true value of ``what()``."""
     until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until:
         found = what()
-        if found is not None and found is not False:
+        if isinstance(found, np.ndarray) or found:
             return found
         time.sleep(0.3)
     pytest.fail(f"not within {PATIENCE_S:g} s: {describe}")
@@ -144,8 +144,8 @@ def test_the_viewer_shows_a_robot_that_moves_and_a_slider_moves_the_goal(page):
         page.get_by_text("Go on", exact=True).wait_for()
         wait_for(lambda: not differing(see(page, "paused"), see(page, "paused_later")).any(), "pause holds the robot")
 
-        # y of the goal at one end of its range, then at the other: once the last picture of the robot is drawn,
-        # which a slow renderer owes for a while, only the goal's frame moves
+        # y of the goal at one end of its range, then at the other. Only the goal's frame moves, once a slow renderer
+        # has drawn the robot's last pose and has settled on a resolution
         wait_for(lambda: only_a_frame_moves(*(goal_at(page, *end) for end in ENDS)), "only the goal's frame moves")
 
 
