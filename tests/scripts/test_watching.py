@@ -92,7 +92,7 @@ def test_a_checkpoint_of_another_task_is_refused_in_one_line(script, tmp_path):
 
 def test_a_policy_of_another_observation_size_is_refused_in_one_line_by_every_script(script, tmp_path):
     small = ["--device", "cpu", "--num_threads", 1, "--num_envs", 4]
-    status, _, _ = script("rsl_rl/train.py", "--task", "Cartpole", *small, "--max_iterations", 1)
+    status, _, _ = script("rsl_rl/train.py", "--task", "Cartpole", *small, "--max_iterations", 1, "agent.seed=3")
     assert status == 0
     wider = [*small, "env.observations.policy.joint_pos_rel.history_length=2"]
     for name, more in (
@@ -104,6 +104,7 @@ def test_a_policy_of_another_observation_size_is_refused_in_one_line_by_every_sc
         assert status == 2, name
         assert err.startswith("error: checkpoint '"), name
         assert "does not fit this task's networks: " in err
+        assert err.endswith("; it was trained with --task Cartpole agent.seed=3\n"), name
         assert err.count("\n") == 1, name
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.io import load_yaml
 from lift_lab_rl.distributed import Place
 from lift_lab_rl.files import load_torch
 
@@ -32,6 +34,15 @@ def checkpoint_iteration(path: str | Path) -> int:
     if not isinstance(content, dict) or "iter" not in content:
         raise ConfigError(f"'{path}' is no checkpoint of a training: it says nothing of iterations (take a model_*.pt)")
     return int(content["iter"])
+
+
+def trained_with(path: str | Path) -> str:
+    """Task and overrides of the run that a checkpoint is of, as on a command line; empty where its folder says none."""
+    file = Path(path).parent / "params" / "run.yaml"
+    if not file.is_file():
+        return ""
+    run = load_yaml(file)
+    return shlex.join(["--task", str(run.get("task")), *map(str, run.get("overrides") or ())])
 
 
 def _number_of(path: Path) -> int:

@@ -31,7 +31,7 @@ from .best_policy import BEST, BestPolicy
 from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
-from .run_files import checkpoint_iteration, remove_old_states, state_name
+from .run_files import checkpoint_iteration, remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
 
 
@@ -347,7 +347,9 @@ class LiftLabRunner(OnPolicyRunner):
             return self.alg.load(content, parts, strict)
         except (RuntimeError, KeyError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200]
-            raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}") from error
+            made_with = trained_with(path)
+            hint = f"; it was trained with {made_with}" if made_with else ""
+            raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}{hint}") from error
 
     def _load_infos(self, content: dict[str, Any]) -> dict:
         infos = content.get("infos") or {}

@@ -11,9 +11,9 @@ from lift_lab.assets import AssetBaseCfg, RigidObjectCfg
 from lift_lab.envs import mdp
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
-from lift_lab.sensors import ContactSensorCfg, ImuCfg
+from lift_lab.sensors import ContactSensorCfg, FrameTransformerCfg, ImuCfg
 from lift_lab.utils import configclass
-from lift_lab.utils.errors import ConfigError, PhysicsError
+from lift_lab.utils.errors import ConfigError, PhysicsError, UnknownAttributeError
 
 NUM_ENVS = 2
 G = 9.81
@@ -44,6 +44,7 @@ class _SceneCfg(InteractiveSceneCfg):
     upper: RigidObjectCfg | None = None
     contact: ContactSensorCfg | None = None
     imu: ImuCfg | None = None
+    frames: FrameTransformerCfg | None = None
 
 
 class _World:
@@ -254,6 +255,28 @@ def test_without_bias_an_imu_gives_the_acceleration_itself(world):
 def test_a_contact_sensor_says_what_it_cannot_find(sensor, message):
     with pytest.raises(ConfigError, match=message):
         _World("native", lower=_box("Lower", 0.5 * SIZE, LOWER), contact=sensor)
+
+
+def test_a_reading_that_a_sensor_has_not_is_answered_with_its_name_and_the_nearest():
+    tip = FrameTransformerCfg.FrameCfg(prim_path="{ENV_REGEX_NS}/Lower", name="tip")
+    ours = _World(
+        "native",
+        lower=_box("Lower", 0.5 * SIZE, LOWER),
+        contact=_contact(),
+        imu=ImuCfg(prim_path="{ENV_REGEX_NS}/Lower"),
+        frames=FrameTransformerCfg(prim_path="{ENV_REGEX_NS}/Lower", target_frames=[tip]),
+    )
+    for name, kind, wrong, right in (
+        ("contact", "ContactSensor", "net_force_w", "net_forces_w"),
+        ("imu", "Imu", "lin_accel_b", "lin_acc_b"),
+        ("frames", "FrameTransformer", "target_poses_w", "target_pos_w"),
+    ):
+        message = rf"^the data of '{name}' \({kind}\) have no '{wrong}'; did you mean .*'{right}'"
+        with pytest.raises(UnknownAttributeError, match=message):
+            getattr(ours.scene[name].data, wrong)
+        with pytest.raises(UnknownAttributeError, match=rf"^'{name}' \({kind}\) has no 'dat'; did you mean 'data'"):
+            _ = ours.scene[name].dat
+    ours.sim.close()
 
 
 def test_times_must_be_asked_for():

@@ -6,6 +6,7 @@ with its force, normal, and where asked for tangent and position. Contact forces
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -158,6 +159,7 @@ class ContactSensor(SensorBase):
         shape, length = (physics.num_envs, len(self._bodies)), max(self.cfg.history_length, 1)
         net = torch.zeros(*shape, 3, device=device)
         self._data = data = ContactSensorData(net, net[:, None].repeat(1, length, 1, 1))
+        data.sensor_name = self.name
         if self._pairs is not None:
             data.force_matrix_w = torch.zeros(*shape, len(self._targets), 3, device=device)
             data.force_matrix_w_history = data.force_matrix_w[:, None].repeat(1, length, 1, 1, 1)
@@ -177,7 +179,8 @@ class ContactSensor(SensorBase):
         self._take()
         rows = slice(None) if env_ids is None else env_ids
         data = self._data
-        for value in vars(data).values():
+        for field in dataclasses.fields(data):
+            value = getattr(data, field.name)
             if value is not None:
                 value[rows] = 0.0
         if data.contact_pos_w is not None:

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import torch
 
+from ..sensor_base import SensorData
+
 
 @dataclass
-class ContactSensorData:
+class ContactSensorData(SensorData):
     """Readings, with Isaac Lab's names. N environments, B bodies of the sensor, M filters, T entries of history.
 
     Forces act on the sensor's bodies. What the config does not ask for is None.

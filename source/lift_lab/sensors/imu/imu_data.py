@@ -8,11 +8,13 @@ import torch
 
 from lift_lab.utils import math as math_utils
 
+from ..sensor_base import SensorData
+
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
 
-class ImuData:
+class ImuData(SensorData):
     """Readings, in the sensor's frame (`_b`), with Isaac Lab's names.
 
     Pose and velocities are those of the current state, accelerations those of the last physics step.
