@@ -18,5 +18,6 @@ for _id, _env_cfg in (
             "env_cfg_entry_point": f"{_FRANKA}.joint_pos_env_cfg:{_env_cfg}",
             "rsl_rl_cfg_entry_point": f"{_FRANKA}.agents.rsl_rl_ppo_cfg:CabinetPPORunnerCfg",
             "success": f"{_TASK}.mdp:drawer_is_open",
+            "cpu_num_envs": 512,
         },
     )

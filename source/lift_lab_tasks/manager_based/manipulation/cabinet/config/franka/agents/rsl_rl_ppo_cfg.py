@@ -1,4 +1,8 @@
-"""PPO settings of the Franka cabinet task (Isaac Lab's numbers)."""
+"""PPO settings of the Franka cabinet task.
+
+Isaac Lab's, but for normalised observations, a shorter rollout, a larger first learning rate and no clipping of the
+value's change: the drawer opens after a million samples (docs/learning.md).
+"""
 
 from __future__ import annotations
 
@@ -8,28 +12,29 @@ from lift_lab_rl.rsl_rl import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, R
 
 @configclass
 class CabinetPPORunnerCfg(RslRlOnPolicyRunnerCfg):
-    """Gaussian MLP 256-128-64, 96-step rollouts."""
+    """Gaussian MLP 256-128-64, 24-step rollouts."""
 
-    num_steps_per_env = 96
-    max_iterations = 400
+    num_steps_per_env = 24
+    max_iterations = 200
     save_interval = 50
     experiment_name = "franka_open_drawer"
     policy = RslRlPpoActorCriticCfg(
         init_noise_std=1.0,
-        actor_obs_normalization=False,
-        critic_obs_normalization=False,
+        noise_std_type="log",
+        actor_obs_normalization=True,
+        critic_obs_normalization=True,
         actor_hidden_dims=[256, 128, 64],
         critic_hidden_dims=[256, 128, 64],
         activation="elu",
     )
     algorithm = RslRlPpoAlgorithmCfg(
         value_loss_coef=1.0,
-        use_clipped_value_loss=True,
+        use_clipped_value_loss=False,
         clip_param=0.2,
         entropy_coef=1e-3,
         num_learning_epochs=5,
         num_mini_batches=4,
-        learning_rate=5.0e-4,
+        learning_rate=1.0e-3,
         schedule="adaptive",
         gamma=0.99,
         lam=0.95,
