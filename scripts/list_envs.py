@@ -23,10 +23,11 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab.utils.errors import NotFoundError, suggest
     from lift_lab_tasks.utils import registered_tasks, task_kwargs
+    from lift_lab_tasks.utils.runs import pretrained_name, pretrained_tasks
 
     console = Console()
     # A table that is piped into another program is not cut to the width of a terminal.
-    console = console if console.is_terminal else Console(width=200)
+    console = console if console.is_terminal else Console(width=220)
     if args.describe is not None:
         from lift_lab_tasks.utils.describe import describe
 
@@ -36,13 +37,14 @@ def main() -> int:
     names = [n for n in registered_tasks() if args.keyword is None or args.keyword.lower() in n.lower()]
     if not names:
         raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', registered_tasks())}")
-    table = Table("task", "environment", "agents", title="Tasks", title_justify="left")
+    shipped = pretrained_tasks()
+    table = Table("task", "environment", "agents", "pretrained", title="Tasks", title_justify="left")
     for name in names:
         kwargs = task_kwargs(name)
         agents = [
             k.removesuffix("_cfg_entry_point") for k in kwargs if k.endswith("_cfg_entry_point") and k[:4] != "env_"
         ]
-        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents))
+        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), "yes" if pretrained_name(name) in shipped else "")
     console.print(table)
     return 0
 
