@@ -44,7 +44,8 @@ def main() -> int:
         agents = [
             k.removesuffix("_cfg_entry_point") for k in kwargs if k.endswith("_cfg_entry_point") and k[:4] != "env_"
         ]
-        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), "yes" if pretrained_name(name) in shipped else "")
+        pretrained = "yes" if pretrained_name(name) in shipped else ""
+        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), pretrained)
     console.print(table)
     return 0
 
