@@ -12,7 +12,7 @@ import torch
 
 from lift_lab.sim.schemas import apply_schemas
 from lift_lab.sim.spawners.spawner_cfg import Spawned
-from lift_lab.utils.attributes import SuggestsAttributes
+from lift_lab.utils.attributes import Entity
 from lift_lab.utils.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -25,17 +25,13 @@ logger = logging.getLogger(__name__)
 EnvIds = Sequence[int] | torch.Tensor | slice | None
 
 
-class AssetBase(SuggestsAttributes):
+class AssetBase(Entity):
     """A spawned thing. This class itself serves static ones, which have a place and no state."""
 
     def __init__(self, cfg: AssetBaseCfg):
         """Hold the config; the scene spawns the asset with :meth:`spawn_into`."""
         self.cfg = cfg.copy()
-        self.name = ""
         self.spawned: Spawned | None = None
-
-    def _described(self) -> str:
-        return f"'{self.name}' ({type(self).__name__}) has"
 
     @property
     def prim_name(self) -> str:

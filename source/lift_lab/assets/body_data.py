@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import torch
 
 from lift_lab.utils import math as math_utils
-from lift_lab.utils.attributes import SuggestsAttributes
+from lift_lab.utils.attributes import EntityData
 
 from .asset_base import as_columns
 
@@ -37,11 +37,9 @@ def cached(compute: Callable[[Any], torch.Tensor]) -> property:
     return property(read)
 
 
-class AssetData(SuggestsAttributes):
+class AssetData(EntityData):
     """State of an asset, kept until the engine moves on."""
 
-    asset_name: str = ""
-    """Name of the asset in its scene."""
     _cache: dict[str, torch.Tensor]
 
     def invalidate(self) -> None:
@@ -51,9 +49,6 @@ class AssetData(SuggestsAttributes):
     def update(self, dt: float) -> None:
         """Isaac Lab's name of :meth:`invalidate`."""
         self._cache.clear()
-
-    def _described(self) -> str:
-        return f"the data of '{self.asset_name}' ({type(self).__name__.removesuffix('Data')}) have"
 
 
 class BodyData(AssetData):

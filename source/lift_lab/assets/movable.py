@@ -67,7 +67,7 @@ class MovableAsset(AssetBase):
         self._wrench_set = False
         self._force_b = torch.zeros(physics.num_envs, len(self._ids), 6, device=physics.device)
         self._make_data()
-        self._data.asset_name = self.name
+        self._data.entity_name = self.name
         state = self.cfg.init_state
         default = torch.tensor(
             [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import torch
 
-from lift_lab.utils.attributes import SuggestsAttributes
+from lift_lab.utils.attributes import Entity
 from lift_lab.utils.debug_vis import DebugVis
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.string import resolve_matching_names
@@ -23,27 +23,11 @@ _ENV_REGEX_NS = "/World/envs/env_.*"
 """What ``{ENV_REGEX_NS}`` stands for, where a config writes it out."""
 
 
-class SensorData(SuggestsAttributes):
-    """Readings of a sensor; a wrong name is answered with the sensor's name and the nearest readings."""
-
-    sensor_name = ""
-    """The scene's name for the sensor."""
-
-    def _described(self) -> str:
-        return f"the data of '{self.sensor_name}' ({type(self).__name__.removesuffix('Data')}) have"
-
-
-class SensorBase(DebugVis, SuggestsAttributes, ABC):
+class SensorBase(DebugVis, Entity, ABC):
     """A sensor reads the engine's state on demand."""
-
-    name = ""
-    """The scene's name for the sensor."""
 
     def __init__(self, cfg: SensorBaseCfg):
         self.cfg = cfg.copy()
-
-    def _described(self) -> str:
-        return f"'{self.name}' ({type(self).__name__}) has"
 
     @property
     @abstractmethod

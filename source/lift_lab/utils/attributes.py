@@ -24,3 +24,23 @@ class SuggestsAttributes:
                 return object.__getattribute__(self, name)
             names = [key for key in dir(self) if not key.startswith("_")]
             raise UnknownAttributeError(f"{self._described()} no '{name}'; {suggest(name, names)}")
+
+
+class Entity(SuggestsAttributes):
+    """Something that a scene has by name: an asset or a sensor."""
+
+    name: str = ""
+    """The scene's name for it."""
+
+    def _described(self) -> str:
+        return f"'{self.name}' ({type(self).__name__}) has"
+
+
+class EntityData(SuggestsAttributes):
+    """State of an asset, or readings of a sensor."""
+
+    entity_name: str = ""
+    """The scene's name for the asset or sensor."""
+
+    def _described(self) -> str:
+        return f"the data of '{self.entity_name}' ({type(self).__name__.removesuffix('Data')}) have"

@@ -107,7 +107,7 @@ class DeformableObject(AssetBase):
         self._qpos = as_columns([int(model.jnt_qposadr[j]) for j in joints])
         self._qvel = as_columns([int(model.jnt_dofadr[j]) for j in joints])
         self._data = DeformableObjectData(physics, env_origins_w, self._nodes, self._qpos, self._qvel)
-        self._data.asset_name = self.name
+        self._data.entity_name = self.name
 
     def update(self, dt: float) -> None:
         """Forget cached data: the engine's state has changed."""

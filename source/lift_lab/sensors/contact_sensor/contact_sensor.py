@@ -159,7 +159,7 @@ class ContactSensor(SensorBase):
         shape, length = (physics.num_envs, len(self._bodies)), max(self.cfg.history_length, 1)
         net = torch.zeros(*shape, 3, device=device)
         self._data = data = ContactSensorData(net, net[:, None].repeat(1, length, 1, 1))
-        data.sensor_name = self.name
+        data.entity_name = self.name
         if self._pairs is not None:
             data.force_matrix_w = torch.zeros(*shape, len(self._targets), 3, device=device)
             data.force_matrix_w_history = data.force_matrix_w[:, None].repeat(1, length, 1, 1, 1)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import torch
 
-from ..sensor_base import SensorData
+from lift_lab.utils.attributes import EntityData
 
 
 @dataclass
-class ContactSensorData(SensorData):
+class ContactSensorData(EntityData):
     """Readings, with Isaac Lab's names. N environments, B bodies of the sensor, M filters, T entries of history.
 
     Forces act on the sensor's bodies. What the config does not ask for is None.

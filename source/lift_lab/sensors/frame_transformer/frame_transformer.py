@@ -14,10 +14,11 @@ import torch
 
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.attributes import EntityData
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names
 
-from ..sensor_base import SensorBase, SensorData, find_bodies_by_prim_path
+from ..sensor_base import SensorBase, find_bodies_by_prim_path
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .frame_transformer_cfg import FrameTransformerCfg, OffsetCfg
 
 
-class FrameTransformerData(SensorData):
+class FrameTransformerData(EntityData):
     """Readings. F is the number of target frames; computed on demand from the current kinematics."""
 
     def __init__(self, physics: Physics, origins_w: torch.Tensor, source: int, targets: list[int], names: list[str]):
@@ -141,7 +142,7 @@ class FrameTransformer(SensorBase):
         source = model.site(f"{self.name}/source").id
         targets = [model.site(f"{self.name}/target{i}").id for i in range(len(self._names))]
         self._data = FrameTransformerData(physics, env_origins_w, source, targets, self._names)
-        self._data.sensor_name = self.name
+        self._data.entity_name = self.name
 
     def _set_debug_vis_impl(self, debug_vis: bool) -> None:
         if not hasattr(self, "frame_visualizer"):

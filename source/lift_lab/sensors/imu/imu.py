@@ -70,7 +70,7 @@ class Imu(SensorBase):
         columns = {kind: int(model.sensor(f"{self.name}/{kind}").adr[0]) for kind in _SENSORS}
         site = model.site(f"{self.name}/imu").id
         self._data = ImuData(physics, env_origins_w, site, columns, self.cfg.gravity_bias)
-        self._data.sensor_name = self.name
+        self._data.entity_name = self.name
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None = None) -> None:
         """Forget the accelerations of some environments: they belong to a state that is gone."""

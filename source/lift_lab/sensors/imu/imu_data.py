@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.utils import math as math_utils
-
-from ..sensor_base import SensorData
+from lift_lab.utils.attributes import EntityData
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
 
-class ImuData(SensorData):
+class ImuData(EntityData):
     """Readings, in the sensor's frame (`_b`), with Isaac Lab's names.
 
     Pose and velocities are those of the current state, accelerations those of the last physics step.
