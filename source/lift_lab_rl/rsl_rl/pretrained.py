@@ -15,8 +15,8 @@ from typing import Any
 import torch
 
 from lift_lab.utils.errors import ConfigError, FileError
-from lift_lab.utils.io import load_yaml
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
+from lift_lab_rl.run_params import read_params
 
 from .exporter import export_policy_as_onnx
 from .policy_average import AVERAGE, LAST, acting_policy
@@ -87,12 +87,11 @@ def _check_same_actions(runner: LiftLabRunner, checkpoint: Path, small: Path) ->
 
 
 def _card(checkpoint: Path, content: dict[str, Any], task: str, results: dict[str, Any] | None) -> dict[str, Any]:
-    params = checkpoint.parent / "params" / "agent.yaml"
     card: dict[str, Any] = {
         "task": task,
         "iterations": content["iter"],
         "averaged": AVERAGE in content,
-        "training_seed": load_yaml(params).get("seed") if params.is_file() else None,
+        "training_seed": read_params(checkpoint.parent, "agent").get("seed"),
     }
     if results is None:
         return card

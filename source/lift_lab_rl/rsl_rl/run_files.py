@@ -6,9 +6,9 @@ import shlex
 from pathlib import Path
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.io import load_yaml
 from lift_lab_rl.distributed import Place
 from lift_lab_rl.files import load_torch
+from lift_lab_rl.run_params import read_params
 
 
 def state_name(place: Place, iteration: int | str) -> str:
@@ -38,11 +38,8 @@ def checkpoint_iteration(path: str | Path) -> int:
 
 def trained_with(path: str | Path) -> str:
     """Task and overrides of the run that a checkpoint is of, as on a command line; empty where its folder says none."""
-    file = Path(path).parent / "params" / "run.yaml"
-    if not file.is_file():
-        return ""
-    run = load_yaml(file)
-    return shlex.join(["--task", str(run.get("task")), *map(str, run.get("overrides") or ())])
+    run = read_params(Path(path).parent, "run")
+    return shlex.join(["--task", str(run.get("task")), *map(str, run.get("overrides") or ())]) if run else ""
 
 
 def _number_of(path: Path) -> int:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from lift_lab.utils.errors import ConfigError, FileError
-from lift_lab.utils.io import load_yaml
+from lift_lab_rl.run_params import read_params
 
 TAIL = 0.05
 """Share of a run's iterations that counts as the end of training."""
@@ -159,7 +159,7 @@ class _Piece:
     """One folder of event files."""
 
     def __init__(self, folder: Path, label: str | None):
-        agent = _yaml(folder / "params" / "agent.yaml")
+        agent = read_params(folder, "agent")
         self.folder = folder
         self.name = str(agent.get("run_name") or "")
         self.seed = agent.get("seed")
@@ -167,7 +167,7 @@ class _Piece:
         named = _STUDY_NAME.fullmatch(self.name)
         if label is None and named is not None and int(named[2]) == self.seed:
             label = named[1]
-        run = _yaml(folder / "params" / "run.yaml")
+        run = read_params(folder, "run")
         self.label = label or run.get("task") or folder.name
         self.continues = str(run.get("continues") or "").partition("/")[0]
         """Name of the folder of the run that this one went on from; empty if it began anew."""
@@ -176,10 +176,6 @@ class _Piece:
     def first(self) -> int:
         """Its first iteration."""
         return min((int(steps[0]) for steps, _ in self.scalars.values() if len(steps)), default=1)
-
-
-def _yaml(path: Path) -> dict:
-    return load_yaml(path) if path.is_file() else {}
 
 
 def _join(pieces: list[_Piece]) -> list[TrainingRun]:

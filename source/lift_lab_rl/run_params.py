@@ -1,0 +1,22 @@
+"""What a run's folder says of the run: the files in its ``params``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lift_lab.utils.io import load_yaml
+
+
+def read_params(run_dir: Path, name: str) -> dict[str, Any]:
+    """Content of one of the files that :func:`~lift_lab_rl.script_steps.write_configurations` writes.
+
+    Args:
+        run_dir: folder of the run.
+        name: ``env``, ``agent`` or ``run``.
+
+    Returns:
+        What the file holds; empty where there is none.
+    """
+    path = run_dir / "params" / f"{name}.yaml"
+    return load_yaml(path) if path.is_file() else {}
