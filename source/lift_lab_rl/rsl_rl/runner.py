@@ -346,7 +346,7 @@ class LiftLabRunner(OnPolicyRunner):
         try:
             return self.alg.load(content, parts, strict)
         except (RuntimeError, KeyError, ValueError, TypeError) as error:
-            reason = " ".join(str(error).split())[:200]
+            reason = " ".join(str(error).split())[:200].rstrip(" .")
             made_with = trained_with(path)
             hint = f"; it was trained with {made_with}" if made_with else ""
             raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}{hint}") from error
