@@ -51,6 +51,13 @@ FRAME_MODEL_FIELDS = _words(
 )
 """Model fields that :data:`FRAME_FIELDS` depend on."""
 
+MOTION_FIELDS = _words("subtree_com cdof cinert cvel cdof_dot")
+"""Fields that follow from joint positions and velocities, mocap poses, :data:`FRAME_MODEL_FIELDS` and
+:data:`MOTION_MODEL_FIELDS` alone."""
+
+MOTION_MODEL_FIELDS = _words("body_mass body_inertia")
+"""Model fields that :data:`MOTION_FIELDS` depend on and :data:`FRAME_FIELDS` do not."""
+
 _POS_FIELDS = (
     *FRAME_FIELDS,
     *_words("cam_xpos cam_xmat subtree_com cdof cinert ten_length actuator_length"),

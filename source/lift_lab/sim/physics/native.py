@@ -23,6 +23,8 @@ from .base import (
     FRAME_FIELDS,
     FRAME_MODEL_FIELDS,
     MAX_VALUE,
+    MOTION_FIELDS,
+    MOTION_MODEL_FIELDS,
     STATE_FIELDS,
     Health,
     Physics,
@@ -57,7 +59,7 @@ _NOT_FOR_FRAMES = int(
     | mujoco.mjtDisableBit.mjDSBL_ACTUATION
     | mujoco.mjtDisableBit.mjDSBL_SENSOR
 )
-"""What the position stage can do without when only frames are wanted."""
+"""What the position and velocity stages can do without when only frames and their motion are wanted."""
 
 _CLEARLY_HEALTHY = 0.99 * MAX_VALUE
 """Values below this in float32 are below `MAX_VALUE` in float64."""
@@ -71,8 +73,9 @@ class NativePhysics(Physics):
     After step(), position-dependent fields and sensors, and velocity-dependent ones once any is bound, belong
     to the new state. Force-dependent ones belong to the last substep, as after `mj_step`, until forward().
 
-    MuJoCo's position stage finds contacts, too, which the next step does again. So while nothing but frames
-    is bound (`xpos`, `site_xmat`, ...), they come from a second batch without constraints, bit for bit the same.
+    MuJoCo's position stage finds contacts, too, which the next step does again. So while nothing is bound but
+    frames (`xpos`, `site_xmat`, ...) and their motion (`cvel`, `cdof`, ...), these come from a second batch without
+    constraints, bit for bit the same.
 
     Args:
         model: the compiled model; copied.
@@ -108,7 +111,8 @@ class NativePhysics(Physics):
         self._mirrors: dict[str, _Mirror] = {}
         self._advanced: list[_Mirror] = []  # what a step changes
         self._stage = Stage.NONE  # what a step computes at the new state
-        self._frames: _Frames | None = _Frames(self._batch)
+        self._frames: _Frames | None = _Frames(self._batch)  # while the stage is NONE
+        self._inertias_differ = False  # between environments
         self._logged_engine_error = False
         # With soft bodies an inertia warning tells of a solve that ended a hair above its tolerance: no failure.
         self._failing = [w for w in _NONFINITE_WARNINGS if not self.model.nflex or w != int(_WARN.mjWARN_INERTIA)]
@@ -141,11 +145,16 @@ class NativePhysics(Physics):
     def _bind(self, name: str) -> _Mirror:
         stage = self._field_stage(name)
         column_stages = sensor_stages(self.model) if name == "sensordata" else None
-        if stage in (Stage.POS, Stage.VEL) and name not in FRAME_FIELDS:
+        kinematic = name in FRAME_FIELDS or (name in MOTION_FIELDS and not self._inertias_differ)
+        if stage in (Stage.POS, Stage.VEL) and not (kinematic and self._frames is not None):
             self._leave_frames_to_the_batch()
             self._stage = max(self._stage, stage)
-        batch = self._frames if self._frames is not None and name in FRAME_FIELDS else self._batch
-        source = self._state[name] if stage == Stage.NONE else batch.bind(name).reshape(self.num_envs, -1)
+        if stage == Stage.NONE:
+            source = self._state[name]
+        elif kinematic and self._frames is not None:
+            source = self._frames.bind(name, stage).reshape(self.num_envs, -1)
+        else:
+            source = self._batch.bind(name).reshape(self.num_envs, -1)
         mirror = _Mirror(source, self._shape(name), stage, column_stages)
         self._mirrors[name] = mirror
         if stage != Stage.NONE or name in _ADVANCED_FIELDS:
@@ -195,7 +204,7 @@ class NativePhysics(Physics):
                 mirror.copy_all()
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
-        self._forward(env_ids, max(self._stage, Stage.POS))
+        self._forward(env_ids, max(self._stage, Stage.POS) if self._frames is None else self._frames.stage)
 
     def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._forward(env_ids, Stage.ACC)
@@ -217,16 +226,16 @@ class NativePhysics(Physics):
         frames = self._frames
         if frames is not None:
             self._call(lambda: frames.follow(ids))
-        if frames is None or stage > Stage.POS:
+        if frames is None or stage > frames.stage:
             self._call(lambda: self._batch.forward(ids, stage=int(stage)))
 
     def _leave_frames_to_the_batch(self) -> None:
         """From now on the batch computes them itself: it has to run its position stage, or its frames differ."""
-        self._stage = max(self._stage, Stage.POS)
-        if self._frames is None:
+        frames, self._frames = self._frames, None
+        self._stage = max(self._stage, Stage.POS if frames is None else frames.stage)
+        if frames is None:
             return
-        self._frames = None
-        for name in self._mirrors.keys() & set(FRAME_FIELDS):
+        for name in self._mirrors.keys() & {*FRAME_FIELDS, *MOTION_FIELDS}:
             self._mirrors[name].source = self._batch.bind(name).reshape(self.num_envs, -1)
 
     def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
@@ -248,7 +257,9 @@ class NativePhysics(Physics):
 
     def randomizable(self, name: str) -> torch.Tensor:
         self._check_randomizable(name)
-        if name in FRAME_MODEL_FIELDS:
+        self._inertias_differ |= name in MOTION_MODEL_FIELDS
+        moving = name in MOTION_MODEL_FIELDS and not self._mirrors.keys().isdisjoint(MOTION_FIELDS)
+        if name in FRAME_MODEL_FIELDS or moving:
             self._leave_frames_to_the_batch()
         return torch.from_numpy(self._batch.expand(name))
 
@@ -348,7 +359,7 @@ class NativePhysics(Physics):
 
 
 class _Frames:
-    """Poses of bodies, geoms, joints and sites at the joint positions of a batch, without its contacts and forces.
+    """Poses of bodies, geoms, joints and sites of a batch and how they move, without its contacts and forces.
 
     One more batch, of the same model with constraints, actuation and sensors disabled.
 
@@ -360,18 +371,26 @@ class _Frames:
         self._leader = batch
         self._batch: Batch | None = None  # made with the first field
         self._states: list[tuple[np.ndarray, np.ndarray]] = []
+        self.stage = Stage.POS
+        """What follow() computes."""
 
-    def bind(self, name: str) -> np.ndarray:
-        """The live array of a field, current after follow()."""
+    def bind(self, name: str, stage: Stage) -> np.ndarray:
+        """The live array of a field that needs a stage, current after follow()."""
         if self._batch is None:
             leader = self._leader
             model = copy.copy(leader.model)
             model.opt.disableflags |= _NOT_FOR_FRAMES
             self._batch = Batch(model, leader.nsim, leader.nthread)
             self._batch.warning[:, :, 1] = 1  # so that none is printed
-            names = [name for name in ("qpos", "mocap_pos", "mocap_quat") if leader.bind(name).size]
-            self._states = [(self._batch.bind(name), leader.bind(name)) for name in names]
+            self._follow_states("qpos", "mocap_pos", "mocap_quat")
+        if stage > self.stage:
+            self.stage = stage
+            self._follow_states("qvel")
         return self._batch.bind(name)
+
+    def _follow_states(self, *names: str) -> None:
+        pairs = [(self._batch.bind(name), self._leader.bind(name)) for name in names]  # type: ignore[union-attr]
+        self._states += [(mine, leaders) for mine, leaders in pairs if leaders.size]
 
     def follow(self, ids: np.ndarray | None = None) -> None:
         """Compute the bound fields at the leader's state, of some environments or all."""
@@ -380,7 +399,7 @@ class _Frames:
         rows = _ALL if ids is None else ids
         for mine, leaders in self._states:
             mine[rows] = leaders[rows]
-        self._batch.forward(ids, stage=int(Stage.POS))
+        self._batch.forward(ids, stage=int(self.stage))
 
 
 class _Mirror:

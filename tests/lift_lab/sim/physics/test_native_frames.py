@@ -1,4 +1,7 @@
-"""Frames on the CPU's own engine: the same numbers whether a batch of their own or the stepping batch computes them."""
+"""Frames on the CPU's own engine: the same numbers whether a batch of their own or the stepping batch computes them.
+
+And what follows from them and from joint velocities: motion axes, inertias about centres of mass, body velocities.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,9 @@ import pytest
 import torch
 
 from lift_lab.sim.physics import Physics
-from lift_lab.sim.physics.base import FRAME_FIELDS as FRAMES
+from lift_lab.sim.physics.base import FRAME_FIELDS, MOTION_FIELDS
 
+FRAMES = (*FRAME_FIELDS, *MOTION_FIELDS)
 NUM_ENVS = 4
 
 
@@ -23,11 +27,11 @@ def physics(make: Callable[..., Physics]) -> Physics:
     return engine
 
 
-def assert_current(physics: Physics) -> None:
-    """The bound frames are what MuJoCo computes for the engine's state and model, to the last bit."""
+def assert_current(physics: Physics, names: tuple[str, ...] = FRAMES) -> None:
+    """The fields are what MuJoCo computes for the engine's state and model, to the last bit."""
     for env in range(physics.num_envs):
         data = physics.get_data(env)
-        for name in FRAMES:
+        for name in names:
             np.testing.assert_array_equal(physics.field(name)[env], getattr(data, name).astype(np.float32), name)
 
 
@@ -55,18 +59,18 @@ def test_frames_follow_steps_writes_and_resets(physics: Physics, model: mujoco.M
 
 def test_a_field_that_needs_the_batch_changes_no_frame(make: Callable[..., Physics], physics: Physics):
     plain = make("native-cpu")
-    plain.field("cvel")
+    plain.field("qfrc_bias")
     for name in FRAMES:
         plain.field(name)
     for step in range(40):
         if step == 20:
-            physics.field("cvel")
+            physics.field("qfrc_bias")
         for engine in (plain, physics):
             engine.write("ctrl", 0.03 * (step % 3))
             engine.step(2)
         for name in ("qpos", "qvel", *FRAMES):
             assert torch.equal(physics.field(name), plain.field(name)), (step, name)
-    assert torch.equal(physics.field("cvel"), plain.field("cvel"))
+    assert torch.equal(physics.field("qfrc_bias"), plain.field("qfrc_bias"))
 
 
 @pytest.mark.parametrize("when", ["before", "after"])
@@ -84,11 +88,35 @@ def test_frames_of_a_model_that_differs_between_environments(make: Callable[...,
     torch.testing.assert_close(palm_m, offset_m)
 
 
-def test_masses_that_differ_leave_frames_alone(physics: Physics, model: mujoco.MjModel):
-    physics.randomizable("body_mass")[:, model.body("box").id] *= torch.linspace(0.5, 2.0, NUM_ENVS).double()
+@pytest.mark.parametrize("bound", [FRAME_FIELDS, FRAMES], ids=["frames", "motion"])
+@pytest.mark.parametrize("when", ["before", "after"])
+def test_masses_that_differ_between_environments(make: Callable[..., Physics], model, when: str, bound):
+    physics = make("native-cpu")
+    if when == "after":
+        for name in bound:
+            physics.field(name)
+    box = model.body("box").id
+    physics.randomizable("body_mass")[:, box] *= torch.linspace(0.5, 2.0, NUM_ENVS).double()
     physics.recompute_constants()
+    for name in bound:
+        physics.field(name)
+    physics.write("qvel", 0.5)
     physics.step(5)
-    assert_current(physics)
+    assert_current(physics, bound)
+    if bound is FRAMES:
+        mass_kg = physics.field("cinert")[:, box, 9]
+        torch.testing.assert_close(mass_kg / mass_kg[0], torch.linspace(1.0, 4.0, NUM_ENVS))
+
+
+def test_velocities_alone_are_refreshed_for_some_environments(make: Callable[..., Physics], model: mujoco.MjModel):
+    physics = make("native-cpu")
+    physics.field("cvel")
+    before = physics.field("cvel").clone()
+    physics.write("qvel", 2.0, [1])
+    physics.refresh([1])
+    assert_current(physics, ("cvel",))
+    assert torch.equal(physics.field("cvel")[[0, 2, 3]], before[[0, 2, 3]])
+    assert not torch.equal(physics.field("cvel")[1], before[1])
 
 
 def test_frames_of_a_state_that_failed_do_not_spread(physics: Physics):
