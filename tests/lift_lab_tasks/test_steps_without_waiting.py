@@ -16,19 +16,24 @@ from lift_lab.envs import manager_based_rl_env
 from lift_lab.utils import read_back
 from lift_lab_tasks.utils.hydra import compose
 
-QUESTIONS = ("_local_scalar_dense", "nonzero", "equal", "is_nonzero", "masked_select", "unique", "_unique2")
+BY_MASK = "indexing by a mask"
+QUESTIONS = ("_local_scalar_dense", "nonzero", "equal", "is_nonzero", "masked_select", "unique", "_unique2", BY_MASK)
 """Operators whose result the host needs before it can go on."""
 
 
 class Counting(TorchDispatchMode):
-    """Counts operators by name."""
+    """Counts operators by name; indexing by a bool tensor, whose result has a size that depends on it, apart."""
 
     def __init__(self):
         super().__init__()
         self.calls = Counter()
 
     def __torch_dispatch__(self, func, types, args=(), kwargs=None):
-        self.calls[func.__name__.partition(".")[0]] += 1
+        name = func.__name__.partition(".")[0]
+        by_mask = name in ("index", "index_put", "index_put_", "_index_put_impl_") and any(
+            index is not None and index.dtype == torch.bool for index in args[1]
+        )
+        self.calls[BY_MASK if by_mask else name] += 1
         return func(*args, **(kwargs or {}))
 
 
@@ -70,7 +75,7 @@ def test_a_step_in_which_no_episode_ends_asks_once_which_ended_and_which_command
     env.unwrapped.episode_length_buf[:] = 0
     found = calls(env)
     assert {name: found[name] for name in QUESTIONS if found[name]} == {}
-    assert answers == [[[], []]] * 3
+    assert answers == [[[], [], []]] * 3
 
 
 def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode_once(env, answers):
@@ -83,12 +88,37 @@ def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode
     before = term.command.clone()
     with torch.inference_mode():
         env.step(torch.zeros(4, inner.action_manager.total_action_dim))
-    assert answers == [[[3], [1]]]
+    assert answers == [[[3], [], [1]]]
     assert (term.command_counter - drawn)[:3].tolist() == [0, 1, 0]
     assert int(term.command_counter[3]) == 1
     assert (term.command != before).any(dim=1).tolist() == [False, True, False, True]
     longest_s = term.cfg.resampling_time_range[1]
     assert term.time_left[[1, 3]].tolist() == pytest.approx([longest_s, longest_s - inner.step_dt])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_goals(env, answers, share):
+    inner = env.unwrapped
+    term = inner.command_manager.get_term("object_pose")
+    inner.curriculum_manager.get_term_cfg("missed_goals").params.update(share=share, start_step=0)
+    inner.common_step_counter = 100
+    inner.episode_length_buf[:] = 0
+    with torch.inference_mode():
+        env.step(torch.zeros(4, inner.action_manager.total_action_dim))  # the share is read when episodes end
+        inner.curriculum_manager.compute(torch.tensor([0]))
+        inner.episode_length_buf[:] = torch.tensor([0, 1, 1, 1]) * inner.max_episode_length
+        term._practised[:] = torch.tensor([False, False, False, share > 0.0])
+        term.metrics["success"][:] = torch.tensor([1.0, 0.0, 1.0, 1.0])
+        term._success_step[:] = torch.tensor([5, 6, 7, 8])
+        with Counting() as counting:
+            *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
+    counting.calls.pop("is_nonzero")  # on the CPU alone a reset asks whether an object turns
+    assert {name: counting.calls[name] for name in QUESTIONS if counting.calls[name]} == {}
+    counted, succeeded = ([1, 2], [2]) if share else ([1, 2, 3], [2, 3])
+    assert answers[-1] == [[1, 2, 3], *([counted] if share else []), succeeded, []]
+    log = extras["log"]
+    assert float(log["Metrics/object_pose/success"]) == pytest.approx(len(succeeded) / len(counted))
+    assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(0.02 * (7 if share else 7.5))
 
 
 def test_a_failure_of_the_physics_ends_its_episode_and_reaches_no_other_number(env):

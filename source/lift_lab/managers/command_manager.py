@@ -41,6 +41,7 @@ class CommandTerm(DebugVisTerm, ABC):
         self.time_left = torch.zeros(self.num_envs, device=self.device)
         self.command_counter = torch.zeros(self.num_envs, device=self.device, dtype=torch.long)
         self._due_ids: torch.Tensor | None = None
+        self._counted_ids: torch.Tensor | None = None
 
     @property
     @abstractmethod
@@ -55,7 +56,9 @@ class CommandTerm(DebugVisTerm, ABC):
             by metric name. Empty where none counts.
         """
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
-        counted = self.counted_ids(ids)
+        counted, self._counted_ids = self._counted_ids, None
+        if counted is None:
+            counted = self.counted_ids(ids)
         extras = self._episode_means(counted) if self.metrics and len(counted) > 0 else {}
         for value in self.metrics.values():
             value.index_fill_(0, ids, 0.0)
@@ -63,13 +66,22 @@ class CommandTerm(DebugVisTerm, ABC):
         self._resample(ids)
         return extras
 
+    @property
+    def counts(self) -> torch.Tensor | None:
+        """Whether each environment's present episode counts in means over episodes, a bool tensor of shape (num_envs,).
+
+        None where all count, which is so unless a term says otherwise.
+        """
+        return None
+
     def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
-        """Which of some environments count in means over episodes: all, unless a term says otherwise.
+        """Those of some environments whose present episode counts; on a GPU the host waits, unless all do.
 
         Args:
             env_ids: a LongTensor.
         """
-        return env_ids
+        counts = self.counts
+        return env_ids if counts is None else env_ids[counts[env_ids]]
 
     def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
         """Mean of each metric over some environments, at least one, whose episode ends: 0-dim tensors."""
@@ -85,6 +97,7 @@ class CommandTerm(DebugVisTerm, ABC):
         self._update_metrics()
         self.time_left -= dt
         due, self._due_ids = self._due_ids, None
+        self._counted_ids = None
         if due is None:
             due = (self.time_left <= 0.0).nonzero().flatten()
         if len(due) > 0:
@@ -92,7 +105,7 @@ class CommandTerm(DebugVisTerm, ABC):
         self._update_command()
 
     def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
-        """Which commands the next :meth:`compute` will draw, before episodes that ended are reset.
+        """Which commands the next :meth:`compute` will draw, and which episodes that end count in means over episodes.
 
         So that the host can ask for this and for the ended episodes at once. A timer that the term itself changes in
         between, other than by a reset, then counts one step later.
@@ -102,15 +115,26 @@ class CommandTerm(DebugVisTerm, ABC):
             ended: Environments that will be reset before it, shape (num_envs,).
 
         Returns:
-            One entry; none where it cannot be told, as with timers that may be due right after a reset.
+            Masks, and who is told where they are true. Nothing of what cannot be told, as of timers that may be due
+            right after a reset.
         """
-        own = type(self).compute is CommandTerm.compute and type(self)._resample is CommandTerm._resample
-        if not own or self.cfg.resampling_time_range[0] <= dt:
+        if type(self).compute is not CommandTerm.compute:
             return []
-        return [((self.time_left <= dt) & ~ended, self._take_due_ids)]
+        foretold = self._foretell_counted(ended)
+        if type(self)._resample is CommandTerm._resample and self.cfg.resampling_time_range[0] > dt:
+            foretold.append(((self.time_left <= dt) & ~ended, self._take_due_ids))
+        return foretold
+
+    def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
+        """What the coming :meth:`reset` would have to ask for."""
+        counts = self.counts
+        return [] if counts is None else [(ended & counts, self._take_counted_ids)]
 
     def _take_due_ids(self, env_ids: torch.Tensor) -> None:
         self._due_ids = env_ids
+
+    def _take_counted_ids(self, env_ids: torch.Tensor) -> None:
+        self._counted_ids = env_ids
 
     def _resample(self, env_ids: torch.Tensor) -> None:
         """Draw timer and command of some environments."""

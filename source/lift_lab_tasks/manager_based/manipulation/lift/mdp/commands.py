@@ -14,6 +14,7 @@ from lift_lab.utils.rows import fill_rows
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
+    from lift_lab.managers.manager_base import Foretold
 
 
 _NEVER = 2**31
@@ -58,6 +59,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
         self._practice_share, self._practice_spread_m = 0.0, 0.0
         self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
+        self._succeeded_ids: torch.Tensor | None = None
 
     def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, share: float, spread_m: float) -> None:
         """Let a share of the coming goals be near one of these.
@@ -87,13 +89,15 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._practised[env_ids] = taken
         return torch.where(taken.unsqueeze(1), again, uniform_b)
 
-    def counted_ids(self, env_ids: torch.Tensor) -> torch.Tensor:
-        """Those whose present goal is uniform; on a GPU the host waits for the answer while a share practises."""
-        return env_ids if self._practice_share == 0.0 else env_ids[~self._practised[env_ids]]
+    @property
+    def counts(self) -> torch.Tensor | None:
+        """Whether each environment's present goal is uniform; None while no share practises."""
+        return None if self._practice_share == 0.0 else ~self._practised
 
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
         extras = super().reset(env_ids)
+        self._succeeded_ids = None
         fill_rows(self._success_step, env_ids, _NEVER)
         fill_rows(self._steps, env_ids, 0.0)
         fill_rows(self._held, env_ids, False)
@@ -101,14 +105,27 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
 
+    def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
+        succeeded = ended & (self.metrics["success"] > 0)
+        counts = self.counts
+        if counts is not None:
+            succeeded = succeeded & counts
+        return [*super()._foretell_counted(ended), (succeeded, self._take_succeeded_ids)]
+
+    def _take_succeeded_ids(self, env_ids: torch.Tensor) -> None:
+        self._succeeded_ids = env_ids
+
     def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
         means = super()._episode_means(env_ids)
-        steps = self._success_step[env_ids][self.metrics["success"][env_ids] > 0]
-        if len(steps):
-            means["time_to_success_s"] = steps.float().mean() * self._env.step_dt
+        succeeded = self._succeeded_ids
+        if succeeded is None:
+            succeeded = env_ids[self.metrics["success"][env_ids] > 0]
+        if len(succeeded):
+            means["time_to_success_s"] = self._success_step[succeeded].float().mean() * self._env.step_dt
         return means
 
     def _update_metrics(self) -> None:
+        self._succeeded_ids = None
         super()._update_metrics()
         metrics = self.metrics
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
