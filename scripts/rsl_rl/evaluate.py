@@ -57,10 +57,10 @@ def main() -> int:
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
-    add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     for text in args.perturb:
         perturb(env_cfg, text)
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
+    add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
     env = gym.make(args.task, cfg=env_cfg)

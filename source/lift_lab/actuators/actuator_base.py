@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from .actuator_cfg import ActuatorBaseCfg
 
 
-class ActuatorBase:
+class ActuatorBase(ABC):
     """A group of joints driven by one model (Isaac Lab's class of this name, with the same hooks to override).
 
     Tensors have shape (num_envs, num_joints of the group); joint efforts in N m or N.
@@ -101,6 +102,7 @@ class ActuatorBase:
     def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
         """Forget the internal state of some environments; None means all."""
 
+    @abstractmethod
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:
@@ -111,7 +113,6 @@ class ActuatorBase:
             joint_pos: positions in rad or m, shape (num_envs, num_joints).
             joint_vel: velocities in rad/s or m/s, same shape.
         """
-        raise NotImplementedError
 
     def _clip_effort(self, effort: torch.Tensor) -> torch.Tensor:
         """Clip at the effort limit."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -43,9 +44,9 @@ class _ActuatorNet(DCMotor):
         self.applied_effort = self._clip_effort(self.computed_effort)
         return ArticulationActions(joint_efforts=self.applied_effort, joint_indices=control_action.joint_indices)
 
+    @abstractmethod
     def _effort(self, pos_error: torch.Tensor, joint_vel: torch.Tensor) -> torch.Tensor:
         """The network's answer, shape (num_envs, num_joints)."""
-        raise NotImplementedError
 
 
 class ActuatorNetMLP(_ActuatorNet):
