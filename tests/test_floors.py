@@ -115,3 +115,13 @@ def test_importing_the_tasks_loads_no_engine_and_no_learner():
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"
+
+
+def test_seeding_loads_no_compiler():
+    """Torch's takes seconds to import, and its switch for deterministic algorithms does it."""
+    code = (
+        "import sys; from lift_lab.utils.seed import configure_seed; configure_seed(1); "
+        "print([m for m in ('torch._dynamo', 'torch._inductor') if m in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"

@@ -26,5 +26,6 @@ def configure_seed(seed: int | None, torch_deterministic: bool = False) -> int:
     torch.manual_seed(seed)
     if torch_deterministic:
         os.environ["CUBLAS_WORKSPACE_CONFIG"] = ":4096:8"  # asked for by cuBLAS
-    torch.use_deterministic_algorithms(torch_deterministic)
+    if torch.are_deterministic_algorithms_enabled() != torch_deterministic:
+        torch.use_deterministic_algorithms(torch_deterministic)  # the call itself imports torch's compiler, for seconds
     return seed
