@@ -99,7 +99,7 @@ class ActuatorBase(ABC):
         """Indices of the group's joints in the articulation."""
         return self._joint_indices
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:  # noqa: B027 - most have none
         """Forget the internal state of some environments; None means all."""
 
     @abstractmethod

@@ -136,3 +136,49 @@ class practise_missed_goals(ManagerTermBase):
         begun = env.common_step_counter >= start_step
         command.practise(self._goals_b, self._missed, share if begun else 0.0, spread_m)
         return self._missed.mean()
+
+
+class reach_from_afar(ManagerTermBase):
+    """Let the reaching reward be felt from farther away while a policy has not yet come near the object.
+
+    Its scale of 0.1 m pays a thousandth at the start of an episode. Where exploration does not carry the tool to the
+    object by itself, a new critic's errors are larger than that, and nothing is learned. Up to ``num_steps`` the
+    scale is ``std``, then the term's own.
+
+    An aid of exploration: ``evaluate.py`` and ``play.py`` leave it out. Rewards in the logs of a training are those of
+    the wider scale meanwhile.
+
+    Params:
+        std: the wider scale in m.
+        num_steps: environment step from which on the term's own scale holds.
+        term_name: the reward term, with a parameter ``std``.
+
+    Returns:
+        The scale in m that holds now, for the log.
+    """
+
+    exploration_only = True
+
+    def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
+        super().__init__(cfg, env)
+        term_name = cfg.params.get("term_name", "reaching_object")
+        self._params = env.reward_manager.get_term_cfg(term_name).params
+        if "std" not in self._params:
+            raise ConfigError(f"{type(self).__name__}: reward term '{term_name}' has no parameter 'std'")
+        self._own_std = self._params["std"]
+        if not cfg.params["std"] >= self._own_std:
+            raise ConfigError(
+                f"{type(self).__name__}: std is {cfg.params['std']}; it must be at least '{term_name}''s own "
+                f"{self._own_std}"
+            )
+
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: Sequence[int] | torch.Tensor,
+        std: float,
+        num_steps: int,
+        term_name: str = "reaching_object",
+    ) -> float:
+        self._params["std"] = std if env.common_step_counter < num_steps else self._own_std
+        return self._params["std"]

@@ -9,9 +9,17 @@ _PPO = f"{_FRANKA}.agents.rsl_rl_ppo_cfg:LiftCubePPORunnerCfg"
 _IK_PPO = f"{_FRANKA}.agents.rsl_rl_ppo_ik_cfg"
 
 _CURRICULA = {
+    "explore": f"{_JOINT_POS}:ExplorationCfg",
     "step": f"{_JOINT_POS}:CurriculumCfg",
     "linear": f"{_FRANKA}.curricula:LinearCurriculumCfg",
     "success": f"{_FRANKA}.curricula:SuccessCurriculumCfg",
+    "none": None,
+}
+_IK_CURRICULA = {
+    "explore": f"{_FRANKA}.ik_curricula:ExplorationCfg",
+    "step": f"{_FRANKA}.ik_curricula:StepCurriculumCfg",
+    "linear": f"{_FRANKA}.ik_curricula:LinearCurriculumCfg",
+    "success": f"{_FRANKA}.ik_curricula:SuccessCurriculumCfg",
     "none": None,
 }
 _REWARDS = {
@@ -27,8 +35,6 @@ _SOFT_EVENTS = {
     "plain": f"{_FRANKA}.event_sets:SoftEventCfg",
     "randomized": f"{_FRANKA}.event_sets:RandomizedSoftEventCfg",
 }
-
-_PRESETS = {"env.curriculum": _CURRICULA, "env.rewards": _REWARDS}
 
 for _id, _env_cfg, _agent in (
     ("Lift-Cube-Franka", f"{_JOINT_POS}:FrankaCubeLiftEnvCfg", _PPO),
@@ -62,6 +68,10 @@ for _id, _env_cfg, _agent in (
                 "sb3_cfg_entry_point": f"{_FRANKA}.agents:sb3_ppo_cfg.yaml",
                 "success": f"{_LIFT}.mdp:object_reached_goal",
                 "cpu_num_envs": 512,
-                "presets": {**_PRESETS, "env.events": _SOFT_EVENTS if "Soft" in _id else _EVENTS},
+                "presets": {
+                    "env.curriculum": _IK_CURRICULA if "IK" in _id else _CURRICULA,
+                    "env.rewards": _REWARDS,
+                    "env.events": _SOFT_EVENTS if "Soft" in _id else _EVENTS,
+                },
             },
         )

@@ -1,4 +1,4 @@
-"""PPO settings of the Franka lift tasks in task space: the same, a folder of runs for each kind of action."""
+"""PPO settings of the Franka lift tasks in task space: less noise at first, a folder for each kind of action."""
 
 from __future__ import annotations
 
@@ -9,13 +9,22 @@ from .rsl_rl_ppo_cfg import LiftCubePPORunnerCfg
 
 @configclass
 class LiftCubeIKRelPPORunnerCfg(LiftCubePPORunnerCfg):
-    """For changes of the tool's pose."""
+    """For changes of the tool's pose, where one is half a metre or half a radian; the gripper explores as ever."""
 
     experiment_name = "franka_lift_ik_rel"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.policy.init_noise_std = [0.3, 0.3, 0.3, 0.2, 0.2, 0.2, 1.0]
 
 
 @configclass
 class LiftCubeIKAbsPPORunnerCfg(LiftCubePPORunnerCfg):
-    """For poses of the tool."""
+    """For poses of the tool, in m and as a quaternion: none of them is zero, so nothing pulls the mean there."""
 
     experiment_name = "franka_lift_ik_abs"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.policy.init_noise_std = [0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 1.0]
+        self.algorithm.mean_reg_coef = 0.0
