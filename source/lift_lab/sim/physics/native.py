@@ -7,7 +7,6 @@ line, no log file): :meth:`NativePhysics.health` reports them instead.
 
 from __future__ import annotations
 
-import copy
 import logging
 import os
 from collections.abc import Callable, Sequence
@@ -34,6 +33,7 @@ from .base import (
     sensor_stages,
     silence,
 )
+from .native_arrays import Frames, Mirror, lossy
 
 _LOG = logging.getLogger(__name__)
 
@@ -52,14 +52,6 @@ _OVERFLOW_WARNINGS = [int(_WARN.mjWARN_CONTACTFULL), int(_WARN.mjWARN_CNSTRFULL)
 
 _ADVANCED_FIELDS = frozenset({"time", "qpos", "qvel", "act"})
 """State fields that the engine changes; the others change only when written or reset."""
-
-_NOT_FOR_FRAMES = int(
-    mujoco.mjtDisableBit.mjDSBL_CONTACT
-    | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    | mujoco.mjtDisableBit.mjDSBL_ACTUATION
-    | mujoco.mjtDisableBit.mjDSBL_SENSOR
-)
-"""What the position and velocity stages can do without when only frames and their motion are wanted."""
 
 _CLEARLY_HEALTHY = 0.99 * MAX_VALUE
 """Values below this in float32 are below `MAX_VALUE` in float64."""
@@ -108,10 +100,10 @@ class NativePhysics(Physics):
         self._columns = {name: self._state_columns(name) for name in STATE_FIELDS}
         self._state = {name: self._batch.state[:, columns] for name, columns in self._columns.items()}
         self._dynamic = slice(self._columns["qpos"].start, self._state_columns("qacc_warmstart").stop)
-        self._mirrors: dict[str, _Mirror] = {}
-        self._advanced: list[_Mirror] = []  # what a step changes
+        self._mirrors: dict[str, Mirror] = {}
+        self._advanced: list[Mirror] = []  # what a step changes
         self._stage = Stage.NONE  # what a step computes at the new state
-        self._frames: _Frames | None = _Frames(self._batch)  # while the stage is NONE
+        self._frames: Frames | None = Frames(self._batch)  # while the stage is NONE
         self._inertias_differ = False  # between environments
         self._logged_engine_error = False
         # With soft bodies an inertia warning tells of a solve that ended a hair above its tolerance: no failure.
@@ -142,7 +134,7 @@ class NativePhysics(Physics):
     def bound_fields(self) -> tuple[str, ...]:
         return tuple(self._mirrors)
 
-    def _bind(self, name: str) -> _Mirror:
+    def _bind(self, name: str) -> Mirror:
         stage = self._field_stage(name)
         column_stages = sensor_stages(self.model) if name == "sensordata" else None
         kinematic = name in FRAME_FIELDS or (name in MOTION_FIELDS and not self._inertias_differ)
@@ -155,13 +147,13 @@ class NativePhysics(Physics):
             source = self._frames.bind(name, stage).reshape(self.num_envs, -1)
         else:
             source = self._batch.bind(name).reshape(self.num_envs, -1)
-        mirror = _Mirror(source, self._shape(name), stage, column_stages)
+        mirror = Mirror(source, self._shape(name), stage, column_stages)
         self._mirrors[name] = mirror
         if stage != Stage.NONE or name in _ADVANCED_FIELDS:
             self._advanced.append(mirror)
         if stage != Stage.NONE:
             self._compute(None, max(column_stages, default=stage) if column_stages is not None else stage)
-        with _lossy():
+        with lossy():
             mirror.sync(Stage.ACC)
         return mirror
 
@@ -199,7 +191,7 @@ class NativePhysics(Physics):
         self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
         if self._frames is not None:
             self._call(self._frames.follow)
-        with _lossy():
+        with lossy():
             for mirror in self._advanced:
                 mirror.copy_all()
 
@@ -216,7 +208,7 @@ class NativePhysics(Physics):
         if stage == Stage.ACC:
             self._forces_unchecked = True
         self._compute(ids, stage)
-        with _lossy():
+        with lossy():
             for mirror in self._mirrors.values():
                 if mirror.stage != Stage.NONE:
                     mirror.sync(stage, ids)
@@ -246,7 +238,7 @@ class NativePhysics(Physics):
             self._collect_failures()
         self._call(lambda: self._batch.reset(ids, stage=int(Stage.NONE)))
         self._silence_warnings(slice(None) if ids is None else ids)
-        with _lossy():
+        with lossy():
             for mirror in self._mirrors.values():
                 if mirror.stage == Stage.NONE:
                     mirror.sync(Stage.NONE, ids)
@@ -356,104 +348,6 @@ class NativePhysics(Physics):
                 if not (values.max() < _CLEARLY_HEALTHY and values.min() > -_CLEARLY_HEALTHY):  # NaN: neither
                     return False
         return True
-
-
-class _Frames:
-    """Poses of bodies, geoms, joints and sites of a batch and how they move, without its contacts and forces.
-
-    One more batch, of the same model with constraints, actuation and sensors disabled.
-
-    Args:
-        batch: the batch whose state is followed.
-    """
-
-    def __init__(self, batch: Batch):
-        self._leader = batch
-        self._batch: Batch | None = None  # made with the first field
-        self._states: list[tuple[np.ndarray, np.ndarray]] = []
-        self.stage = Stage.POS
-        """What follow() computes."""
-
-    def bind(self, name: str, stage: Stage) -> np.ndarray:
-        """The live array of a field that needs a stage, current after follow()."""
-        if self._batch is None:
-            leader = self._leader
-            model = copy.copy(leader.model)
-            model.opt.disableflags |= _NOT_FOR_FRAMES
-            self._batch = Batch(model, leader.nsim, leader.nthread)
-            self._batch.warning[:, :, 1] = 1  # so that none is printed
-            self._follow_states("qpos", "mocap_pos", "mocap_quat")
-        if stage > self.stage:
-            self.stage = stage
-            self._follow_states("qvel")
-        return self._batch.bind(name)
-
-    def _follow_states(self, *names: str) -> None:
-        pairs = [(self._batch.bind(name), self._leader.bind(name)) for name in names]  # type: ignore[union-attr]
-        self._states += [(mine, leaders) for mine, leaders in pairs if leaders.size]
-
-    def follow(self, ids: np.ndarray | None = None) -> None:
-        """Compute the bound fields at the leader's state, of some environments or all."""
-        if self._batch is None:
-            return
-        rows = _ALL if ids is None else ids
-        for mine, leaders in self._states:
-            mine[rows] = leaders[rows]
-        self._batch.forward(ids, stage=int(self.stage))
-
-
-class _Mirror:
-    """The float32 copy of one of the batch's arrays.
-
-    The copy is numpy's, on the calling thread: torch's would start its thread pool beside the batch's.
-    """
-
-    def __init__(self, source: np.ndarray, shape: tuple[int, ...], stage: Stage, column_stages: list[Stage] | None):
-        num_envs, width = source.shape
-        self.stage = stage
-        self.tensor = torch.zeros(num_envs, *shape)
-        self.array = self.tensor.numpy().reshape(num_envs, width)
-        self.source = source
-        self._column_stages = np.array([stage] * width if column_stages is None else column_stages, dtype=int)
-        self._lowest = int(self._column_stages.min(initial=int(Stage.ACC)))
-        self._highest = int(self._column_stages.max(initial=int(Stage.NONE)))
-
-    def write(self, rows: slice | np.ndarray, columns: slice | np.ndarray, values: np.ndarray) -> None:
-        """The values that were written into the source."""
-        if values.dtype == np.float32:
-            self.array[rows, columns] = values
-            return
-        with _lossy():
-            self.array[rows, columns] = values
-
-    def copy_all(self) -> None:
-        """Copy everything; overflows are the caller's to ignore."""
-        np.copyto(self.array, self.source, casting="same_kind")
-
-    def sync(self, stage: Stage, ids: np.ndarray | None = None) -> None:
-        """Copy the columns that are current once `stage` has been computed, of some environments or all; overflows
-        are the caller's to ignore."""
-        if self._lowest > stage:
-            return
-        if self._highest > stage:
-            rows = np.arange(len(self.array)) if ids is None else ids
-            index = np.ix_(rows, np.flatnonzero(self._column_stages <= stage))
-            self.array[index] = self.source[index]
-        elif ids is None:
-            self.copy_all()
-        else:
-            self.array[ids] = self.source[ids]
-
-    def clear_forces(self, ids: np.ndarray | None) -> None:
-        """Zero the force-dependent columns: they belonged to a state that is gone."""
-        if self._highest == Stage.ACC:
-            rows = np.arange(len(self.array)) if ids is None else ids
-            self.array[np.ix_(rows, np.flatnonzero(self._column_stages == Stage.ACC))] = 0.0
-
-
-def _lossy() -> np.errstate:
-    """While copies to float32 are made: a diverged value may exceed it."""
-    return np.errstate(over="ignore")
 
 
 def _numpy_ids(ids: torch.Tensor | Sequence[int]) -> np.ndarray:
