@@ -135,6 +135,30 @@ def test_every_action_may_have_a_deviation_of_its_own_to_start_with(tmp_path):
         LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
 
 
+def test_a_new_actor_begins_about_the_mean_that_is_configured_and_a_loaded_one_where_it_was(tmp_path):
+    train(tmp_path, iterations=2)
+    cfg = AgentCfg()
+    means = {}
+    for mean in (None, [5.0]):
+        cfg.policy.init_action_mean = mean
+        torch.manual_seed(3)
+        runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+        act = runner.get_inference_policy()
+        means[str(mean)] = act(runner.env.get_observations())
+        runner.load(str(tmp_path / "model_2.pt"))
+        means[f"{mean}, loaded"] = act(runner.env.get_observations())
+    shift = means["[5.0]"] - means["None"]  # the last layer's own random bias is replaced
+    assert torch.allclose(shift, shift[:1])
+    assert (means["[5.0]"] - 5.0).abs().max() < 1.0
+    assert torch.equal(means["None, loaded"], means["[5.0], loaded"])
+    cfg.policy.init_action_mean = [5.0, 6.0]
+    with pytest.raises(ConfigError, match="init_action_mean: 2 values for 1 actions"):
+        LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    cfg.policy.init_action_mean, cfg.policy.state_dependent_std = [5.0], True
+    with pytest.raises(ConfigError, match="state_dependent_std=False"):
+        to_rsl_rl(cfg)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_run_after_its_iteration_with_a_checkpoint(tmp_path, number):
     steps = []

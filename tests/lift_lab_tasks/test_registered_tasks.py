@@ -56,6 +56,17 @@ def test_an_absolute_action_of_all_zeros_has_no_direction_and_does_no_harm(task)
     env.close()
 
 
+def test_training_with_absolute_poses_begins_about_the_pose_at_a_reset():
+    task = "Lift-Cube-Franka-IK-Abs"
+    mean = torch.tensor(load_cfg_from_registry(task, "rsl_rl_cfg_entry_point").policy.init_action_mean)
+    env = _make(task, 1)
+    env.reset()
+    tool = env.scene["ee_frame"].data
+    torch.testing.assert_close(mean[:3], tool.target_pos_source[0, 0], atol=0.01, rtol=0.0)
+    assert (mean[3:7] / mean[3:7].norm() * tool.target_quat_source[0, 0]).sum().abs() > 0.999
+    env.close()
+
+
 @pytest.mark.parametrize("task", SIZES)
 def test_a_play_task_is_the_same_with_few_environments_and_no_noise(task):
     cfg, play = parse_env_cfg(task, device="cpu"), load_cfg_from_registry(f"{task}-Play", "env_cfg_entry_point")

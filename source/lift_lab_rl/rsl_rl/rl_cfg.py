@@ -25,6 +25,10 @@ class RslRlPpoActorCriticCfg:
     init_noise_std: float | list[float] = MISSING
     """Standard deviation of every action at the start, or one for each action (ours)."""
 
+    init_action_mean: list[float] | None = None
+    """Mean of each action at the start, give or take what the random network says of an observation; None for zero
+    (ours). For actions that are poses or positions, of which zero is far from where the robot is."""
+
     noise_std_type: Literal["scalar", "log"] = "scalar"
     """Whether the standard deviation or its logarithm is learned."""
 

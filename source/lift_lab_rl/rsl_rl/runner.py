@@ -72,11 +72,12 @@ class LiftLabRunner(OnPolicyRunner):
         if torch.device(device).type == "cpu":
             use_one_torch_thread()
         self._configure_multi_gpu()
-        self._check_noise()
+        self._check_actions()
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
             self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
+        self._set_action_mean()
         distributed.copy_from_main(self._shared_tensors())
         share = self.cfg.get("average_share", 0.0)
         self.average = PolicyAverage(self.alg.get_policy(), share) if share else None
@@ -203,14 +204,23 @@ class LiftLabRunner(OnPolicyRunner):
             progress.show(report)
         return obs
 
-    def _check_noise(self) -> None:
-        """A deviation for each action has to be one for each of this environment's actions."""
-        given = self.cfg["actor"].get("distribution_cfg", {}).get("init_std")
-        if isinstance(given, torch.Tensor) and given.shape != (self.env.num_actions,):
-            raise ConfigError(
-                f"agent.policy.init_noise_std: {len(given)} values for {self.env.num_actions} actions; give one for "
-                "each, or a single one"
-            )
+    def _check_actions(self) -> None:
+        """What is given for each action has to be given for each of this environment's actions."""
+        noise = self.cfg["actor"].get("distribution_cfg", {}).get("init_std")
+        for name, given in (("init_noise_std", noise), ("init_action_mean", self.cfg.get("init_action_mean"))):
+            if isinstance(given, (torch.Tensor, list)) and len(given) != self.env.num_actions:
+                raise ConfigError(
+                    f"agent.policy.{name}: {len(given)} values for {self.env.num_actions} actions; give one for each"
+                    + (", or a single one" if name == "init_noise_std" else "")
+                )
+
+    def _set_action_mean(self) -> None:
+        """Let a new actor begin about the mean that is configured."""
+        mean = self.cfg.get("init_action_mean")
+        if mean is not None:
+            *_, last = (layer for layer in self.alg._raw_actor.mlp.modules() if isinstance(layer, torch.nn.Linear))
+            with torch.no_grad():
+                last.bias.copy_(torch.tensor(mean))
 
     def _anneal(self) -> None:
         """Set what changes as training goes on for the running iteration."""

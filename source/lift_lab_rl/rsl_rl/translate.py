@@ -43,6 +43,7 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain = cfg.to_dict()
     plain.pop("policy")
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
+    plain["init_action_mean"] = cfg.policy.init_action_mean
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
     if not 0.0 <= cfg.average_share < 1.0:
         raise ConfigError(f"agent.average_share: expected 0 <= share < 1, got {cfg.average_share}")
@@ -67,6 +68,8 @@ def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tu
     low, high = policy.noise_std_range
     if not 0.0 <= low < high:
         raise ConfigError(f"agent.policy.noise_std_range: expected 0 <= low < high, got ({low}, {high})")
+    if policy.state_dependent_std and policy.init_action_mean is not None:
+        raise ConfigError("agent.policy.init_action_mean needs state_dependent_std=False")
     kind = "Heteroscedastic" if policy.state_dependent_std else ""
     distribution = {
         "class_name": f"{kind}GaussianDistribution",
