@@ -37,6 +37,23 @@ def world_pose(stage: Usd.Stage, path: str) -> np.ndarray:
     return np.array(UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path))).T
 
 
+def test_a_file_that_says_something_else_is_told_from_one_whose_last_digits_are_rounded_differently(tmp_path):
+    layer = build_assets.build("cube.usda")
+    text = layer.ExportToString()
+    mass = "float physics:mass = 0.2"
+    assert text.count(mass) == 1
+    for written, differs in (
+        (mass, False),
+        (mass + "0000000000000001", False),
+        (mass + "0001", True),
+        ("float physics:density = 0.2", True),
+        ("", True),
+    ):
+        (tmp_path / "cube.usda").write_text(text.replace(mass, written))
+        assert build_assets.differs(layer, tmp_path / "cube.usda") == differs
+    assert build_assets.differs(layer, tmp_path / "none.usda")
+
+
 @pytest.mark.parametrize("name", sorted(build_assets.AUTHORS))
 def test_committed_file_says_what_the_script_builds(name):
     assert not build_assets.differs(build_assets.build(name), USD_DIR / name)
