@@ -141,11 +141,11 @@ def test_a_profile_has_the_engine_and_the_update_among_its_parts(script, place):
 
 
 def test_tasks_are_listed(script):
-    status, out, _ = script("list_envs.py", "--keyword", "lift-cube-franka")
+    status, out, _ = script("list_envs.py", "--keyword", "franka")
     assert status == 0
     pretrained = {line.split()[1]: "yes" in line.split() for line in out.splitlines() if line.startswith("│")}
     assert pretrained["Lift-Cube-Franka-CL-Play"]
-    assert not pretrained["Lift-Cube-Franka-IK-Abs"]
+    assert not pretrained["Lift-Soft-Cube-Franka"]
 
 
 @pytest.mark.parametrize(
