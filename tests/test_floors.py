@@ -108,20 +108,18 @@ def test_a_heavy_package_is_imported_in_its_room_only(package, allowed):
     assert not wrong
 
 
-def test_importing_the_tasks_loads_no_engine_and_no_learner():
-    code = (
-        "import sys, lift_lab_tasks; "
-        "print([m for m in ('warp', 'mujoco_warp', 'mujoco', 'rsl_rl', 'pxr', 'hydra') if m in sys.modules])"
-    )
+def _loaded_by(code: str, modules: tuple[str, ...]) -> str:
+    """Which of some modules a fresh interpreter has loaded after some code, as the text of a list."""
+    code = f"import sys; {code}; print([m for m in {modules} if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert out.stdout.strip() == "[]"
+    return out.stdout.strip()
+
+
+def test_importing_the_tasks_loads_no_engine_and_no_learner():
+    assert _loaded_by("import lift_lab_tasks", ("warp", "mujoco_warp", "mujoco", "rsl_rl", "pxr", "hydra")) == "[]"
 
 
 def test_seeding_loads_no_compiler():
     """Torch's takes seconds to import, and its switch for deterministic algorithms does it."""
-    code = (
-        "import sys; from lift_lab.utils.seed import configure_seed; configure_seed(1); "
-        "print([m for m in ('torch._dynamo', 'torch._inductor') if m in sys.modules])"
-    )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert out.stdout.strip() == "[]"
+    code = "from lift_lab.utils.seed import configure_seed; configure_seed(1)"
+    assert _loaded_by(code, ("torch._dynamo", "torch._inductor")) == "[]"

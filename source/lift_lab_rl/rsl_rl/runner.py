@@ -208,7 +208,7 @@ class LiftLabRunner(OnPolicyRunner):
         """What is given for each action has to be given for each of this environment's actions."""
         noise = self.cfg["actor"].get("distribution_cfg", {}).get("init_std")
         for name, given in (("init_noise_std", noise), ("init_action_mean", self.cfg.get("init_action_mean"))):
-            if isinstance(given, (torch.Tensor, list)) and len(given) != self.env.num_actions:
+            if isinstance(given, (torch.Tensor, list)) and torch.as_tensor(given).shape != (self.env.num_actions,):
                 raise ConfigError(
                     f"agent.policy.{name}: {len(given)} values for {self.env.num_actions} actions; give one for each"
                     + (", or a single one" if name == "init_noise_std" else "")

@@ -137,16 +137,17 @@ class NativePhysics(Physics):
     def _bind(self, name: str) -> Mirror:
         stage = self._field_stage(name)
         column_stages = sensor_stages(self.model) if name == "sensordata" else None
-        kinematic = name in FRAME_FIELDS or (name in MOTION_FIELDS and not self._inertias_differ)
-        if stage in (Stage.POS, Stage.VEL) and not (kinematic and self._frames is not None):
+        frames = self._frames
+        if name not in FRAME_FIELDS and (name not in MOTION_FIELDS or self._inertias_differ):
+            frames = None
+        if stage in (Stage.POS, Stage.VEL) and frames is None:
             self._leave_frames_to_the_batch()
             self._stage = max(self._stage, stage)
         if stage == Stage.NONE:
             source = self._state[name]
-        elif kinematic and self._frames is not None:
-            source = self._frames.bind(name, stage).reshape(self.num_envs, -1)
         else:
-            source = self._batch.bind(name).reshape(self.num_envs, -1)
+            source = self._batch.bind(name) if frames is None else frames.bind(name, stage)
+            source = source.reshape(self.num_envs, -1)
         mirror = Mirror(source, self._shape(name), stage, column_stages)
         self._mirrors[name] = mirror
         if stage != Stage.NONE or name in _ADVANCED_FIELDS:
