@@ -12,6 +12,7 @@ import torch
 
 from lift_lab.sim.schemas import apply_schemas
 from lift_lab.sim.spawners.spawner_cfg import Spawned
+from lift_lab.usd.filters import separate_classes
 from lift_lab.utils.attributes import Entity
 from lift_lab.utils.errors import ConfigError
 
@@ -73,7 +74,7 @@ class AssetBase(Entity):
             name: the scene's name for the asset.
 
         Raises:
-            ConfigError: there is no spawner.
+            ConfigError: there is no spawner, or contact rules need more bits than MuJoCo has.
         """
         self.name = name
         spawned = self._spawn(name)
@@ -82,6 +83,8 @@ class AssetBase(Entity):
         child = spawned.spec
         apply_schemas(child, self.cfg.spawn, f"scene.{name}.spawn")
         self._edit_spec(child)
+        if spawned.report is not None:
+            separate_classes(child, spawned.report.contact_classes, spec)
         frame = spec.worldbody.add_frame(pos=list(self.cfg.init_state.pos), quat=self._init_quat())
         spec.attach(child, prefix=f"{name}/", frame=frame)
 

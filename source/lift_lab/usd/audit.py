@@ -8,12 +8,12 @@ import re
 from functools import cache
 
 import numpy as np
-from pxr import Gf, Sdf, Usd
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from lift_lab.usd import dialects
 from lift_lab.usd.deformable import BODY_SCHEMA, MATERIAL_SCHEMA
 from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
-from lift_lab.usd.parse import ParsedStage, applied_schemas, value_of
+from lift_lab.usd.parse import ParsedStage, applied_schemas, has_schema, value_of
 from lift_lab.usd.report import UsdImportError
 
 _PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|urdf|physx\w*)(:|$)")
@@ -186,10 +186,22 @@ def _numbers(value: object) -> np.ndarray:
 
 def audit_support(parsed: ParsedStage) -> None:
     """Report every authored physics property that the importer does not read."""
+    animated = any(layer.ListAllTimeSamples() for layer in parsed.stage.GetUsedLayers())
     for prim in parsed.prims:
         for prop in prim.GetAuthoredProperties():
             name = prop.GetName()
-            if not _PHYSICS.match(name) or _is_read(name):
+            if (
+                animated
+                and _is_checked(name)
+                and any(spec.layer.ListTimeSamplesForPath(spec.path) for spec in prop.GetPropertyStack())
+            ):
+                parsed.report.approximate(prim.GetPath(), name, "animated: the value at the start is taken throughout")
+            if not _PHYSICS.match(name):
+                continue
+            if _is_read(name):
+                missing = _missing_schema(prim, name)
+                if missing:
+                    parsed.report.ignore(prim.GetPath(), name, f"{missing} is not applied to the prim")
                 continue
             reason, tuning = _reason(name)
             if _is_zero(prim, name):
@@ -204,6 +216,30 @@ def audit_support(parsed: ParsedStage) -> None:
     for joint in parsed.joints.values():
         if joint.kind == "custom":
             parsed.report.ignore(joint.path, "", "a joint of a vendor's type")
+        for schema in applied_schemas(joint.prim):
+            token = schema.removeprefix("PhysicsDriveAPI:")
+            if token != schema and token not in _DRIVEN.get(joint.kind, ()):
+                reason = f"a {joint.kind} joint has no drive of this name"
+                parsed.report.ignore(joint.path, f"drive:{token}", reason)
+
+
+_DRIVEN: dict[str, tuple[str, ...]] = {
+    "revolute": ("angular",),
+    "prismatic": ("linear",),
+    "d6": ("transX", "transY", "transZ", "rotX", "rotY", "rotZ"),
+}
+"""Instances of DriveAPI that a joint of each kind takes."""
+_MASS = re.compile(r"^physics:(mass|density|centerOfMass|diagonalInertia|principalAxes)$")
+
+
+def _missing_schema(prim: Usd.Prim, name: str) -> str:
+    """The schema without which usd-core does not read an attribute, where the prim lacks it; else empty."""
+    if _MASS.match(name) and prim.IsA(UsdGeom.Imageable) and not has_schema(prim, "PhysicsMassAPI"):
+        return "PhysicsMassAPI"
+    kind, _, rest = name.partition(":")
+    if kind == "drive" and f"PhysicsDriveAPI:{rest.partition(':')[0]}" not in applied_schemas(prim):
+        return f"PhysicsDriveAPI:{rest.partition(':')[0]}"
+    return ""
 
 
 def _is_zero(prim: Usd.Prim, name: str) -> bool:

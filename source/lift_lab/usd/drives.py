@@ -38,6 +38,8 @@ def add_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: lis
             reason = "a drive per unit of inertia on a joint that closes a loop"
             parsed.report.ignore(path, f"drive:{dof.tokens[0]}:physics:type", reason)
             continue
+        if drive.forceLimit == 0:  # it may not push at all
+            continue
         _limit_force(parsed, built)
         # Acceleration drives state gains per unit of inertia: s^-2 and s^-1, per degree if angular.
         unit = parsed.units.factor("gain", dof.angular)
@@ -88,8 +90,8 @@ def _limit_force(parsed: ParsedStage, built: BuiltDof) -> None:
     limit, path = built.dof.drive.forceLimit, built.joint.path
     if limit >= UNBOUNDED or built.element.actfrclimited == mujoco.mjtLimited.mjLIMITED_TRUE:
         return
-    if limit <= 0:
-        raise parsed.fail(path, f"drive:{built.dof.tokens[0]}:physics:maxForce", f"must be positive, is {limit:g}")
+    if limit < 0:
+        raise parsed.fail(path, f"drive:{built.dof.tokens[0]}:physics:maxForce", f"must not be negative, is {limit:g}")
     force = limit * parsed.units.factor("effort", built.dof.angular)
     built.element.actfrcrange = [-force, force]
     built.element.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE

@@ -13,13 +13,15 @@ from pxr import UsdPhysics
 
 from lift_lab.usd import dialects
 from lift_lab.usd.geoms import Collider
-from lift_lab.usd.parse import ParsedStage
-from lift_lab.usd.tree import Forest
+from lift_lab.usd.parse import Joint, ParsedStage
+from lift_lab.usd.tree import Forest, Link
+from lift_lab.utils.errors import ConfigError
 
 SELF_COLLISION = "self_collision:"
 """Start of the names of the excludes that an articulation's self-collision switch makes."""
-_BITS = 31
-"""Classes that fit beside bit 0 (contype is a signed 32-bit integer)."""
+BITS = 30
+"""Classes that fit beside bit 0 and the sign (contype is a signed 32-bit integer)."""
+ALL_BITS = (1 << (BITS + 1)) - 1
 
 
 def add_filters(
@@ -59,19 +61,24 @@ class _Rules:
 
     def joints(self) -> None:
         for joint in self.parsed.joints.values():
-            sides = ((joint.body0, joint.desc.rel0), (joint.body1, joint.desc.rel1))
-            first, second = (self.body_names[body] if body else self._static(str(rel)) for body, rel in sides)
             if not joint.desc.collisionEnabled:
-                if first and second:
-                    self.exclude(first, second)
+                self._part(joint)
             elif joint.body0 and joint.body1:
                 reason = "MuJoCo never collides a body with its tree parent"
                 self.parsed.report.approximate(joint.path, "physics:collisionEnabled", reason)
 
-    def _static(self, path: str) -> str | None:
-        """Static body of the colliders at or below the prim that a joint names on its world side."""
-        below = (c for c in self.colliders if c.home.path is None and f"{c.path}/".startswith(f"{path}/"))
-        return next((c.home.body.name for c in below), None) if path else None
+    def _part(self, joint: Joint) -> None:
+        """Keep what a joint connects apart; on its world side the colliders at or below the prim that it names."""
+        if joint.body0 and joint.body1:
+            self.exclude(self.body_names[joint.body0], self.body_names[joint.body1])
+            return
+        body, rel = (joint.body0, joint.desc.rel1) if joint.body0 else (joint.body1, joint.desc.rel0)
+        if not str(rel) or f"{body}/".startswith(f"{rel}/"):  # the world, or a prim that stands for it
+            return
+        for i, collider in enumerate(self.colliders):
+            if collider.home.path is None and f"{collider.path}/".startswith(f"{rel}/"):
+                for k in self.of_body.get(self.body_names[str(body)], ()):
+                    self._forbid(i, k)
 
     def articulations(self) -> None:
         for path in self.parsed.articulations:
@@ -138,11 +145,38 @@ class _Rules:
 
     def write(self, spec: mujoco.MjSpec) -> None:
         self._drop_covered()
+        self._note_welds()
         self._write_bits()
         for (a, b), switch in self.bodies.items():
             exclude = spec.add_exclude(bodyname1=a, bodyname2=b)
             if switch:
                 exclude.name = f"{SELF_COLLISION}{a}:{b}"
+
+    def _note_welds(self) -> None:
+        """Note the bodies that MuJoCo keeps apart by itself: those welded to the body that another is jointed to."""
+        for path, link in self.forest.links.items():
+            parent = link.parent
+            if parent is None or _welded(link) or self.body_names[path] not in self.of_body:
+                continue
+            for other in self._welded_to(parent):
+                a, b = sorted((self.body_names[path], self.body_names[other]))
+                if self.body_names[other] in self.of_body and (a, b) not in self.bodies:
+                    reason = f"MuJoCo never collides a body with one welded to its tree parent: <{other}>"
+                    self.parsed.report.approximate(path, "physics:collisionEnabled", reason)
+
+    def _welded_to(self, path: str) -> list[str]:
+        """Other bodies that move as one with a body; none where they are welded to the world."""
+        link = self.forest.links[path]
+        while _welded(link) and link.parent:
+            link = self.forest.links[link.parent]
+        if _welded(link) or (not link.edges and not link.free):
+            return []
+        stack, found = [link], []
+        while stack:
+            link = stack.pop()
+            found.append(link.path)
+            stack.extend(child for child in link.children if _welded(child))
+        return [other for other in found if other != path]
 
     def _drop_covered(self) -> None:
         """Turn rules that cover every pair of two bodies' colliders into one exclude."""
@@ -154,13 +188,17 @@ class _Rules:
         for (a, b), number in count.items():
             if a != b and number == len(self.of_body[a]) * len(self.of_body[b]):
                 self.exclude(a, b)
+        # A pair that only a switch covers stays: `enabled_self_collisions` may take the switch's exclude away.
         self.pairs = {
             (x, y)
             for x, y in self.pairs
-            if owner[x] != owner[y] and tuple(sorted((owner[x], owner[y]))) not in self.bodies
+            if owner[x] != owner[y] and self.bodies.get((min(owner[x], owner[y]), max(owner[x], owner[y])), True)
         }
 
     def _write_bits(self) -> None:
+        if not self.pairs:
+            return
+        self._keep_authored_bits()
         rows: dict[int, set[int]] = {}
         for x, y in self.pairs:
             rows.setdefault(x, set()).add(y)
@@ -168,23 +206,72 @@ class _Rules:
         classes: dict[frozenset[int], list[int]] = {}
         for i in sorted(rows):
             classes.setdefault(frozenset(rows[i]), []).append(i)
-        if len(classes) > _BITS:
+        if len(classes) > BITS:
             for x, _ in sorted(self.pairs):
-                reason = f"{len(classes)} classes of contact rules; MuJoCo has bits for {_BITS}"
+                reason = f"{len(classes)} classes of contact rules; MuJoCo has bits for {BITS}"
                 self.parsed.report.ignore(self.colliders[x].path, "physics:filteredPairs", reason)
             return
+        self.parsed.report.contact_classes = len(classes)
         members = list(classes.values())
-        everyone = 1
-        for bit in range(1, len(members) + 1):
-            everyone |= 1 << bit
         for i, collider in enumerate(self.colliders):
+            if _never_touches(collider):
+                continue
             own = next((bit for bit, group in enumerate(members, start=1) if i in group), 0)
-            affinity = everyone
+            affinity = ALL_BITS
             if own:
                 for bit, group in enumerate(members, start=1):
                     if rows[i] & set(group):
                         affinity &= ~(1 << bit)
-            if not members:
-                return
             for geom in collider.geoms:
                 geom.contype, geom.conaffinity = 1 << own, affinity
+
+    def _keep_authored_bits(self) -> None:
+        """Turn what `mjc:contype` and `mjc:conaffinity` forbid within the asset into rules like the others.
+
+        A collider with both zero touches nothing and keeps them.
+        """
+        masks = [(c.geoms[0].contype, c.geoms[0].conaffinity) for c in self.colliders]
+        authored = [i for i, c in enumerate(self.colliders) if masks[i] != (1, 1) and not _never_touches(c)]
+        for x in authored:
+            reason = "replaced by equivalent bits, together with the asset's other contact rules"
+            self.parsed.report.approximate(self.colliders[x].path, "mjc:contype", reason)
+            for y, (contype, conaffinity) in enumerate(masks):
+                if not (masks[x][0] & conaffinity or contype & masks[x][1]) and not _never_touches(self.colliders[y]):
+                    self._forbid(x, y)
+
+
+def _welded(link: Link) -> bool:
+    return bool(link.edges) and all(edge.joint.kind == "fixed" for edge in link.edges)
+
+
+def _never_touches(collider: Collider) -> bool:
+    return not (collider.geoms[0].contype or collider.geoms[0].conaffinity)
+
+
+def separate_classes(spec: mujoco.MjSpec, classes: int, scene: mujoco.MjSpec) -> None:
+    """Renumber an asset's classes of contact rules, so that those of the scene's other assets do not hold for it.
+
+    Args:
+        spec: the asset, changed in place.
+        classes: how many it has (:attr:`ImportReport.contact_classes`).
+        scene: what it will be attached to.
+
+    Raises:
+        ConfigError: there are not enough bits.
+    """
+    by = max((int(geom.contype).bit_length() - 1 for geom in scene.geoms), default=0)
+    if not classes or by <= 0:
+        return
+    if classes + by > BITS:
+        raise ConfigError(
+            f"the assets of the scene have {classes + by} classes of contact rules (collision groups, filtered pairs); "
+            f"MuJoCo has bits for {BITS}"
+        )
+    own = ((1 << classes) - 1) << 1
+    for geom in spec.geoms:
+        if geom.conaffinity & ~own & ALL_BITS != ALL_BITS & ~own:
+            continue  # not of a rule: no such geom has bits of its own choice
+        forbidden = own & ~geom.conaffinity
+        geom.conaffinity = ALL_BITS & ~(forbidden << by)
+        if geom.contype & own:
+            geom.contype <<= by

@@ -160,6 +160,7 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
     for store in (parsed.bodies, parsed.shapes):
         for path in sorted(store, key=lambda p: order.get(p, len(order))):
             store[path] = store.pop(path)
+    _absorb_disabled_bodies(parsed)
     joints = [
         (str(path), JOINT_TYPES[kind], desc)
         for kind, (paths, descs) in found.items()
@@ -171,6 +172,20 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
         if joint:
             parsed.joints[path] = joint
     return parsed
+
+
+def _absorb_disabled_bodies(parsed: ParsedStage) -> None:
+    """Let a disabled body below an enabled one be part of that, as usd-core's parser has it; others are static."""
+    for path in [path for path, body in parsed.bodies.items() if not body.rigidBodyEnabled]:
+        prim = parsed.prim(path)
+        if UsdGeom.Xformable(prim).GetResetXformStack():
+            continue
+        above = parsed.body_of(prim.GetParent())
+        while above and not parsed.bodies[above].rigidBodyEnabled:
+            parent = parsed.prim(above)
+            above = None if UsdGeom.Xformable(parent).GetResetXformStack() else parsed.body_of(parent.GetParent())
+        if above:
+            del parsed.bodies[path]
 
 
 def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None:
@@ -193,6 +208,8 @@ def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None
         raise parsed.fail(prim, "physics:body1", f"both sides of the joint are the body <{body0}>")
     frame0 = _frame(parsed, body0, desc.body0, desc.localPose0Position, desc.localPose0Orientation)
     frame1 = _frame(parsed, body1, desc.body1, desc.localPose1Position, desc.localPose1Orientation)
+    frame0 = _unsheared(parsed, body0, str(desc.rel0), value_of(prim, "physics:localPos0"), frame0)
+    frame1 = _unsheared(parsed, body1, str(desc.rel1), value_of(prim, "physics:localPos1"), frame1)
     if not all(np.isfinite(f.pos).all() and np.isfinite(f.rot).all() for f in (frame0, frame1)):
         raise parsed.fail(prim, "physics:localPos0", "a joint frame is not finite")
     return Joint(path, kind, desc, body0, body1, frame0, frame1, prim)
@@ -206,3 +223,24 @@ def _frame(parsed: ParsedStage, body: str | None, owner: object, position: objec
     if owner:  # the parser gives it relative to a static collider
         return parsed.pose(parsed.prim(owner)) @ frame
     return Pose(np.zeros(3), parsed.units.up) @ frame
+
+
+def _unsheared(parsed: ParsedStage, body: str | None, owner: str, position: object, frame: Pose) -> Pose:
+    """The joint frame with its position as the prim's whole transform has it, shear included.
+
+    usd-core multiplies a position by three scales, which are not all of a transform whose scale is at an angle to the
+    prim's axes. `owner` is the prim that the joint names, `position` what is authored.
+    """
+    prim = parsed.prim(owner) if owner else None
+    if not prim or not prim.IsA(UsdGeom.Xformable):
+        return frame
+    linear, origin = parsed.affine(prim)
+    stretch = polar(linear)[1]
+    if np.abs(stretch - np.diag(np.diag(stretch))).max() <= 1e-6 * np.abs(stretch).max():
+        return frame
+    local = np.zeros(3) if position is None else np.asarray(position, dtype=float)
+    point = origin + linear @ local * parsed.units.length
+    if body:
+        home = parsed.pose(parsed.prim(body))
+        point = home.rot.T @ (point - home.pos)
+    return Pose(point, frame.rot)

@@ -66,6 +66,8 @@ class ImportReport:
     """Joint positions other than zero that the stage starts with, in rad or m, by joint name."""
     initial_ctrl: dict[str, float] = field(default_factory=dict)
     """Drive targets other than zero, in rad, m, rad/s or m/s, by actuator name."""
+    contact_classes: int = 0
+    """Classes of colliders with contact rules of their own; each has a bit of contype, from bit 1 on."""
     ignored: list[Note] = field(default_factory=list)
     """Authored content that has no effect on the model."""
     approximated: list[Note] = field(default_factory=list)

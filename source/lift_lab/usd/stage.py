@@ -9,13 +9,13 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from lift_lab.usd.report import ImportReport, UsdImportError
 from lift_lab.utils.errors import suggest
 
 MAX_INSTANCES = 20_000
-"""Most point instances that one instancer may be expanded into."""
+"""Most point instances that a stage may be expanded into."""
 
 _COMPOSITION = {
     "ErrorInvalidAssetPath": "references",
@@ -61,6 +61,7 @@ def open_stage(
         _raise_composition_errors(stage, name)
     if scale is not None:
         _scale(stage, name, scale)
+    _take_first_samples(stage)
     _expand_point_instancers(stage, name)
     return stage
 
@@ -142,38 +143,105 @@ def _scale(stage: Usd.Stage, name: str, scale: float | Sequence[float]) -> None:
         raise UsdImportError(name, reason=f"scale must be one or three finite factors other than zero, not {scale}")
     default = stage.GetDefaultPrim()
     for prim in [default] if default else stage.GetPseudoRoot().GetChildren():
+        if not prim.IsA(UsdGeom.Xformable) and (prim == default or not prim.GetTypeName()):
+            prim.SetTypeName("Xform")  # a prim without type, or a Scope: it has no transform of its own
         if prim.IsA(UsdGeom.Xformable):
             op = UsdGeom.Xformable(prim).AddScaleOp(UsdGeom.XformOp.PrecisionDouble, "import")
             op.Set(Gf.Vec3d(*factors))
 
 
+_EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+
+
+def _own(prim: Usd.Prim) -> bool:
+    """Make a prim that instances share editable by ending the instancing around it.
+
+    Returns:
+        Whether it was shared: prims found before are no longer valid then.
+    """
+    shared = prim.IsInstanceProxy()
+    while prim.IsInstanceProxy():
+        prim = prim.GetParent()
+    if shared:
+        prim.SetInstanceable(False)
+    return shared
+
+
+def _has_default(attribute: Usd.Attribute) -> bool:
+    return attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+
+
+def _take_first_samples(stage: Usd.Stage) -> None:
+    """Give attributes that have nothing but time samples the earliest of them as their value."""
+    if not any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
+        return
+    pending = True
+    while pending:
+        pending = False
+        for prim in Usd.PrimRange(stage.GetPseudoRoot(), _EVERYTHING):
+            sampled = [a for a in prim.GetAuthoredAttributes() if a.GetNumTimeSamples() and not _has_default(a)]
+            if sampled and _own(prim):
+                pending = True
+                break
+            for attribute in sampled:
+                attribute.Set(attribute.Get(attribute.GetTimeSamples()[0]))
+
+
 def _expand_point_instancers(stage: Usd.Stage, name: str) -> None:
-    """Author one prim per point instance beside the instancer: the physics parser does not look inside one."""
-    instancers = [UsdGeom.PointInstancer(p) for p in stage.Traverse() if p.IsA(UsdGeom.PointInstancer)]
-    for instancer in instancers:
-        prim = instancer.GetPrim()
-        indices = instancer.GetProtoIndicesAttr().Get() or []
-        prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
-        matrices = instancer.ComputeInstanceTransformsAtTime(
-            Usd.TimeCode.Default(),
-            Usd.TimeCode.Default(),
-            UsdGeom.PointInstancer.ExcludeProtoXform,
-            UsdGeom.PointInstancer.IgnoreMask,
-        )
-        mask = instancer.ComputeMaskAtTime(Usd.TimeCode.Default())
-        path = str(prim.GetPath())
-        if len(indices) > MAX_INSTANCES:
-            raise UsdImportError(name, path, "protoIndices", f"{len(indices)} instances; at most {MAX_INSTANCES}")
-        if len(matrices) != len(indices):
-            raise UsdImportError(name, path, "positions", "positions and protoIndices differ in length")
-        frame = UsdGeom.Xformable(prim).GetLocalTransformation()
-        for i, (index, matrix) in enumerate(zip(indices, matrices, strict=True)):
-            if mask and not mask[i]:
-                continue
-            if not 0 <= index < len(prototypes):
-                raise UsdImportError(name, path, "protoIndices", f"no prototype {index}")
-            holder = UsdGeom.Xform.Define(stage, prim.GetParent().GetPath().AppendChild(f"{prim.GetName()}_{i}"))
-            holder.AddTransformOp().Set(matrix * frame)
-            instance = stage.DefinePrim(holder.GetPath().AppendChild(prototypes[index].name))
-            instance.GetReferences().AddInternalReference(prototypes[index])
-        prim.SetActive(False)
+    """Author one prim per point instance beside the instancer: the physics parser does not look inside one.
+
+    A prototype may hold instancers, which its copies then show.
+    """
+    left = MAX_INSTANCES
+    while True:
+        found: list[Usd.Prim] = []
+        walk = iter(Usd.PrimRange(stage.GetPseudoRoot(), _EVERYTHING))
+        for prim in walk:
+            if prim.IsA(UsdGeom.PointInstancer):
+                found.append(prim)
+                walk.PruneChildren()
+        if not found:
+            return
+        if any(_own(prim) for prim in found):
+            continue
+        for prim in found:
+            left -= _expand(stage, name, prim, left)
+
+
+def _expand(stage: Usd.Stage, name: str, prim: Usd.Prim, most: int) -> int:
+    """Put copies of the prototypes in an instancer's place; returns how many."""
+    instancer = UsdGeom.PointInstancer(prim)
+    indices = instancer.GetProtoIndicesAttr().Get() or []
+    prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
+    matrices = instancer.ComputeInstanceTransformsAtTime(
+        Usd.TimeCode.Default(),
+        Usd.TimeCode.Default(),
+        UsdGeom.PointInstancer.ExcludeProtoXform,
+        UsdGeom.PointInstancer.IgnoreMask,
+    )
+    mask = instancer.ComputeMaskAtTime(Usd.TimeCode.Default())
+    path = str(prim.GetPath())
+    if len(indices) > most:
+        raise UsdImportError(name, path, "protoIndices", f"more than {MAX_INSTANCES} point instances on the stage")
+    if len(matrices) != len(indices):
+        raise UsdImportError(name, path, "positions", "positions and protoIndices differ in length")
+    frame = UsdGeom.Xformable(prim).GetLocalTransformation()
+    bindings = [r for r in prim.GetRelationships() if r.GetName().startswith("material:binding") and r.GetTargets()]
+    for i, (index, matrix) in enumerate(zip(indices, matrices, strict=True)):
+        if mask and not mask[i]:
+            continue
+        if not 0 <= index < len(prototypes):
+            raise UsdImportError(name, path, "protoIndices", f"no prototype {index}")
+        holder = UsdGeom.Xform.Define(stage, prim.GetParent().GetPath().AppendChild(f"{prim.GetName()}_{i}"))
+        holder.AddTransformOp().Set(matrix * frame)
+        for binding in bindings:
+            UsdShade.MaterialBindingAPI.Apply(holder.GetPrim())
+            copy = holder.GetPrim().CreateRelationship(binding.GetName())
+            copy.SetTargets(binding.GetTargets())
+            for key, value in binding.GetAllAuthoredMetadata().items():
+                if key == "bindMaterialAs":
+                    copy.SetMetadata(key, value)
+        instance = stage.DefinePrim(holder.GetPath().AppendChild(prototypes[index].name))
+        instance.GetReferences().AddInternalReference(prototypes[index])
+    prim.SetActive(False)
+    return len(indices)

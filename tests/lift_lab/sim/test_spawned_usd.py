@@ -132,6 +132,48 @@ def test_drive_properties_override_the_files(file):
 
 
 @pytest.mark.parametrize(
+    ("authored", "kp", "kd"),
+    [
+        ({"damping": 10.0, "targetVelocity": 2.0}, 0.0, 40.0),
+        ({"damping": 10.0, "targetVelocity": 2.0}, 300.0, 40.0),
+        ({"stiffness": 100.0, "damping": 10.0, "targetVelocity": 2.0, "targetPosition": 0.5}, None, 40.0),
+        ({"stiffness": 100.0, "damping": 10.0, "targetVelocity": 2.0, "targetPosition": 0.5}, 300.0, None),
+    ],
+)
+def test_drive_properties_keep_the_law_of_the_drive(tmp_path, authored, kp, kd):
+    """force = kp (q* - q) + kd (v* - v), whichever actuators carry it; a drive that had no kp had no q* either."""
+    stage = Usd.Stage.CreateNew(str(tmp_path / "slide.usda"))
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/Robot").GetPrim())
+    UsdPhysics.RigidBodyAPI.Apply(UsdGeom.Cube.Define(stage, "/Robot/a").GetPrim())
+    UsdPhysics.CollisionAPI.Apply(stage.GetPrimAtPath("/Robot/a"))
+    joint = UsdPhysics.PrismaticJoint.Define(stage, "/Robot/slide")
+    joint.CreateBody1Rel().SetTargets(["/Robot/a"])
+    joint.CreateAxisAttr("X")
+    drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "linear")
+    for name, value in authored.items():
+        getattr(drive, f"Create{name[0].upper()}{name[1:]}Attr")(value)
+    stage.Save()
+    props = sim_utils.JointDrivePropertiesCfg(stiffness=kp, damping=kd)
+    cfg = sim_utils.UsdFileCfg(usd_path=str(tmp_path / "slide.usda"), joint_drive_props=props)
+    spawned = cfg.func("/World/Robot", cfg)
+    apply_schemas(spawned.spec, cfg, "robot")
+    model = spawned.spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 0.1, 0.3
+    for name, value in spawned.report.initial_ctrl.items():
+        if not (kp and "stiffness" not in authored):  # then the one actuator's target is a position: zero
+            data.actuator(name).ctrl[0] = value
+    mujoco.mj_forward(model, data)
+    kp_new = authored.get("stiffness", 0.0) if kp is None else kp
+    kd_new = authored["damping"] if kd is None else kd
+    v_target = 0.0 if kp and "stiffness" not in authored else authored["targetVelocity"]
+    expected = kp_new * (authored.get("targetPosition", 0.0) - 0.1) + kd_new * (v_target - 0.3)
+    np.testing.assert_allclose(data.qfrc_actuator, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
     ("shape", "volume"),
     [
         (sim_utils.CuboidCfg(size=(0.1, 0.2, 0.3)), 0.006),

@@ -112,3 +112,26 @@ def test_negative_gains_and_bounds_are_errors(driven, values):
     a, _ = driven(**values)
     with pytest.raises(UsdImportError, match="/Robot/j"):
         a.load()
+
+
+def test_a_drive_that_may_not_push_is_left_out(driven):
+    a, _ = driven(stiffness=30.0, damping=5.0, maxForce=0.0)
+    model, _ = a.load()
+    assert model.nu == 0
+    assert not model.jnt_actfrclimited.any()
+
+
+def test_drives_that_nothing_reads_are_reported(author, notes):
+    """usd-core reads no drive of a spherical joint, and none whose DriveAPI is not applied."""
+    a = author()
+    a.body("/Robot/base")
+    a.body("/Robot/link")
+    a.body("/Robot/tip")
+    ball = a.joint("/Robot/ball", "SphericalJoint", "/Robot/base", "/Robot/link")
+    a.drive(ball, "rotX", stiffness=10.0)
+    hinge = a.joint("/Robot/hinge", "RevoluteJoint", "/Robot/link", "/Robot/tip", "Z")
+    a.attrs(hinge, {"drive:angular:physics:stiffness": 10.0})
+    model, report = a.load()
+    assert model.nu == 0
+    assert notes(report, "/Robot/ball")[0] == ["a spherical joint has no drive of this name"]
+    assert notes(report, "/Robot/hinge")[0] == ["PhysicsDriveAPI:angular is not applied to the prim"]

@@ -151,6 +151,87 @@ def test_a_joint_may_leave_its_bodies_touching(heap):
     assert _touching(a.load()[0]) == _pairs("AB")
 
 
+@pytest.mark.parametrize("base", ["/Robot/post", "/Robot/stand", "/Robot"])
+def test_a_joint_to_a_static_prim_keeps_the_body_from_that_prim_only(heap, base):
+    """All static colliders share one MuJoCo body. A joint to the prim that holds everything is one to the world."""
+    a = heap("a")
+    a.gprim("/Robot/floor", "Sphere", pos=(0, 0, 0.95), radius=0.1)
+    if base == "/Robot/stand":
+        a.place(a.stage.DefinePrim("/Robot/stand", "Xform"))
+    post = "/Robot/stand/post" if base == "/Robot/stand" else "/Robot/post"
+    a.gprim(post, "Sphere", pos=(0, 0, 1.05), radius=0.1)
+    a.joint("/Robot/slide", "PrismaticJoint", base, "/Robot/a", "Z", pos0=(0, 0, -0.05 if base == post else 1))
+    model, _ = a.load()
+    assert _touching(model) == _pairs(("A", "floor")) | (_pairs(("A", "post")) if base == "/Robot" else set())
+
+
+def test_authored_bits_hold_beside_rules(heap, notes):
+    """A and B by a rule, C never, D only with A by its bits."""
+    a = heap()
+    for name, contype, conaffinity in (("a", 3, 1), ("c", 0, 0), ("d", 0, 2)):
+        prim = f"/Robot/{name}/{name.upper()}"
+        a.attrs(prim, {"mjc:contype": contype, "mjc:conaffinity": conaffinity}, "MjcCollisionAPI")
+    assert _touching(a.load()[0]) == _pairs("AB", "AD")
+    a.gprim("/Robot/a/X", "Sphere", radius=0.1)
+    _filter(a, "/Robot/a/A", "/Robot/b/B")
+    model, report = a.load()
+    assert _touching(model) == _pairs("AD", "XB")
+    assert model.geom("C").contype == model.geom("C").conaffinity == 0
+    assert notes(report, "/Robot/d/D")[1]
+
+
+def test_a_filter_outlasts_the_self_collision_switch(heap):
+    """Of b and d one pair is forbidden; switching self-collision on takes away only what the switch forbade."""
+    from lift_lab.sim.schemas import ArticulationRootPropertiesCfg, apply_schemas
+    from lift_lab.sim.spawners import UsdFileCfg
+    from lift_lab.usd import load
+
+    a = heap("bcd")
+    a.gprim("/Robot/b/X", "Sphere", radius=0.1)
+    a.joint("/Robot/j1", "RevoluteJoint", "/Robot/b", "/Robot/c", "Z", pos0=(0.02, 0, 0))
+    a.joint("/Robot/j2", "RevoluteJoint", "/Robot/c", "/Robot/d", "Z", pos0=(0.02, 0, 0))
+    root = a.stage.GetPrimAtPath("/Robot/b")
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    a.attrs(root, {"physxArticulation:enabledSelfCollisions": False}, "PhysxArticulationAPI")
+    _filter(a, "/Robot/b/B", "/Robot/d/D")
+    spec, _ = load(a.stage)
+    assert _touching(spec.copy().compile()) == set()
+    props = ArticulationRootPropertiesCfg(enabled_self_collisions=True)
+    apply_schemas(spec, UsdFileCfg(usd_path="", articulation_props=props), "robot")
+    assert _touching(spec.compile()) == _pairs("XD")
+
+
+def test_rules_of_one_asset_do_not_hold_for_another(heap):
+    import mujoco
+
+    from lift_lab.usd import load
+    from lift_lab.usd.filters import separate_classes
+
+    scene = mujoco.MjSpec()
+    for prefix in ("1", "2", "3"):
+        a = heap("ab")
+        a.gprim("/Robot/a/X", "Sphere", radius=0.1)
+        _filter(a, "/Robot/a/A", "/Robot/b/B")
+        spec, report = load(a.stage)
+        separate_classes(spec, report.contact_classes, scene)
+        scene.attach(spec, prefix=prefix, frame=scene.worldbody.add_frame())
+    names = [prefix + name for prefix in "123" for name in "ABX"]
+    expected = {frozenset(pair) for pair in combinations(names, 2)}
+    for prefix in "123":  # by the rule, and within one body
+        expected -= {frozenset((f"{prefix}A", f"{prefix}B")), frozenset((f"{prefix}A", f"{prefix}X"))}
+    assert _touching(scene.compile()) == expected
+
+
+def test_bodies_that_mujoco_itself_keeps_apart_are_reported(heap, notes):
+    """b is welded to a, and c hinged to a: MuJoCo takes a and b for one body, whose child c never touches it."""
+    a = heap("abc")
+    a.joint("/Robot/w", "FixedJoint", "/Robot/a", "/Robot/b", pos0=(0.02, 0, 0))
+    a.joint("/Robot/j", "RevoluteJoint", "/Robot/a", "/Robot/c", "Z", pos0=(0.04, 0, 0))
+    model, report = a.load()
+    assert _touching(model) == set()
+    assert any("/Robot/b" in reason for reason in notes(report, "/Robot/c")[1])
+
+
 def test_collision_groups_filter_each_other_and_nothing_else(heap):
     a = heap()
     _group(a, "/Robot/g1", ["/Robot/a", "/Robot/b"], filtered=["/Robot/g2"])

@@ -158,8 +158,39 @@ def test_a_joint_to_a_prim_without_rigid_body_is_a_joint_to_the_world(author):
     model, _ = a.load()
     assert model.nv == 1
     np.testing.assert_allclose(model.body("link").pos, (1, 0, 2))
-    # The joint forbids contact with the static prim it stands on.
-    assert model.nexclude == 1
+
+
+def test_a_disabled_body_below_an_enabled_one_is_part_of_it(author):
+    """As usd-core's parser has it: a camera with a body of its own, switched off, stays on the hand that carries it."""
+    a = author()
+    a.body("/Robot/hand", pos=(0, 0, 1), mass=None)
+    a.gprim("/Robot/hand/palm", "Cube", size=0.1)
+    camera = a.body("/Robot/hand/camera", pos=(0, 0, 0.1), mass=None)
+    a.attrs(camera, {"physics:rigidBodyEnabled": False})
+    a.gprim("/Robot/hand/camera/case", "Cube", size=0.05)
+    a.joint("/Robot/slide", "PrismaticJoint", None, "/Robot/hand/camera", "Z", pos0=(0, 0, 1.1))
+    model, _ = a.load()
+    assert model.nbody == 2
+    np.testing.assert_allclose(model.body("hand").mass, 1000 * (0.1**3 + 0.05**3))
+    np.testing.assert_allclose(model.geom("case").pos, (0, 0, 0.1))
+    np.testing.assert_allclose(model.body("hand").pos, (0, 0, 1), atol=1e-12)
+
+
+def test_a_joint_frame_follows_a_scale_at_an_angle_to_its_body(author):
+    """The anchor is a point of the turned link: the scale moves it as it moves the collider at the same place."""
+    a = author()
+    turned = (np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0)
+    a.body("/Robot/b", quat=turned)
+    a.gprim("/Robot/b/S", "Sphere", pos=(0, 0, 1), radius=0.1)
+    a.body("/Robot/c", pos=(0, -np.sqrt(0.5), np.sqrt(0.5)), quat=turned)
+    a.gprim("/Robot/c/T", "Sphere", radius=0.1)
+    a.joint("/Robot/weld", "FixedJoint", None, "/Robot/b", rot0=turned)
+    a.joint("/Robot/j", "RevoluteJoint", "/Robot/b", "/Robot/c", "X", pos0=(0, 0, 1))
+    model, _ = a.load(scale=(1, 1, 2))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.geom("S").xpos, (0, -np.sqrt(0.5), 2 * np.sqrt(0.5)), atol=1e-6)
+    np.testing.assert_allclose(data.geom("T").xpos, data.geom("S").xpos, atol=1e-6)
 
 
 def test_a_fixed_world_joint_that_contradicts_the_pose_is_reported(author, notes):

@@ -275,3 +275,86 @@ def test_models_made_from_the_same_file_attach_side_by_side(author):
     assert [model.joint(i).name for i in range(2)] == ["one/j", "two/j"]
     assert [model.actuator(i).name for i in range(2)] == ["one/j", "two/j"]
     assert model.nexclude == 2
+
+
+def _row(stage, path, prototypes, count, step):
+    instancer = UsdGeom.PointInstancer.Define(stage, path)
+    instancer.CreatePrototypesRel().SetTargets(prototypes)
+    instancer.CreateProtoIndicesAttr([0] * count)
+    instancer.CreatePositionsAttr([Gf.Vec3f(*step) * i for i in range(count)])
+    return instancer
+
+
+def test_a_prototype_may_hold_an_instancer(author):
+    a = author()
+    _row(a.stage, "/Robot/rows", ["/Robot/rows/row"], 3, (10, 0, 0))
+    UsdGeom.Xform.Define(a.stage, "/Robot/rows/row")
+    _row(a.stage, "/Robot/rows/row/crates", ["/Robot/rows/row/crates/box"], 2, (0, 1, 0))
+    a.body("/Robot/rows/row/crates/box", mass=None)
+    a.gprim("/Robot/rows/row/crates/box/c", "Cube", size=0.2)
+    model, _ = a.load()
+    places = sorted(tuple(map(float, pos)) for pos in model.body_pos[1:])
+    assert places == [(10.0 * i, 1.0 * j, 0.0) for i in range(3) for j in range(2)]
+
+
+def test_an_instancer_in_an_instanced_reference_is_expanded(author):
+    a = author()
+    library = author()
+    _row(library.stage, "/Robot/crates", ["/Robot/crates/box"], 2, (0, 1, 0))
+    library.body("/Robot/crates/box", mass=None)
+    library.gprim("/Robot/crates/box/c", "Cube", size=0.2)
+    for name in ("left", "right"):
+        prim = a.stage.DefinePrim(f"/Robot/{name}", "Xform")
+        prim.GetReferences().AddReference(library.stage.GetRootLayer().identifier)
+        prim.SetInstanceable(True)
+    model, report = a.load(strict=True)
+    assert (model.nbody, model.ngeom) == (5, 4)
+
+
+def test_instances_have_the_material_that_their_instancer_is_bound_to(author):
+    a = author()
+    slippery = a.material("/Robot/ice", dynamicFriction=0.25)
+    instancer = _row(a.stage, "/Robot/crates", ["/Robot/crates/box"], 2, (0, 1, 0))
+    a.gprim("/Robot/crates/box", "Cube", size=0.2)
+    a.bind(instancer, slippery)
+    model, _ = a.load()
+    np.testing.assert_allclose(model.geom_friction[:, 0], 0.25)
+
+
+def test_of_an_animated_prim_the_start_is_taken_and_reported(author, notes):
+    a = author()
+    body = a.body("/Robot/platform", mass=None)
+    a.attrs(body, {"physics:kinematicEnabled": True})
+    move = UsdGeom.Xformable(body).AddTranslateOp()
+    cube = UsdGeom.Cube.Define(a.stage, "/Robot/platform/c")
+    UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
+    for time, place in ((3, (5, 2, 3)), (24, (1, 2, 4))):
+        move.Set(Gf.Vec3d(*place), time)
+        cube.CreateSizeAttr().Set(0.1 * time, time)
+    model, report = a.load()
+    np.testing.assert_allclose(model.body("platform").pos, (5, 2, 3))
+    np.testing.assert_allclose(model.geom("c").size, 0.15, rtol=1e-6)
+    assert notes(report, "/Robot/platform")[1] and notes(report, "/Robot/platform/c")[1]
+
+
+@pytest.mark.parametrize("kind", ["", "Scope"])
+def test_a_default_prim_without_a_transform_can_be_scaled(author, kind):
+    a = author()
+    stage = a.stage
+    top = stage.DefinePrim("/Top", kind)
+    stage.SetDefaultPrim(top)
+    a.gprim("/Top/c", "Cube", size=0.2, pos=(1, 0, 0))
+    model, _ = a.load(scale=2.0)
+    np.testing.assert_allclose(model.geom("c").size, 0.2)
+    np.testing.assert_allclose(model.geom("c").pos, (2, 0, 0))
+
+
+def test_a_mass_without_its_schema_is_reported(author, notes):
+    """usd-core takes no mass from a prim that does not apply MassAPI."""
+    a = author()
+    body = a.body("/Robot/box", mass=None)
+    a.gprim("/Robot/box/c", "Cube", size=0.2)
+    body.CreateAttribute("physics:mass", Sdf.ValueTypeNames.Float).Set(3.0)
+    model, report = a.load()
+    np.testing.assert_allclose(model.body("box").mass, 8.0)
+    assert notes(report, "/Robot/box")[0] == ["PhysicsMassAPI is not applied to the prim"]

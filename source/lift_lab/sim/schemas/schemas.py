@@ -131,12 +131,27 @@ def _set_mass(spec: mujoco.MjSpec, cfg: cfgs.MassPropertiesCfg, path: str) -> No
 
 
 def _set_drives(spec: mujoco.MjSpec, cfg: cfgs.JointDrivePropertiesCfg) -> None:
+    """Give the joints' drives other gains; actuators of another kind (motors) stay as they are.
+
+    A drive is a position actuator, a velocity actuator, or a position actuator with a second one that carries the
+    target velocity (:mod:`lift_lab.usd.drives`).
+    """
+    positions = {actuator.target for actuator in spec.actuators if actuator.biasprm[1]}
     for actuator in spec.actuators:
-        if cfg.stiffness is not None:
-            actuator.gainprm[0] = cfg.stiffness
-            actuator.biasprm[1] = -cfg.stiffness
+        carries_velocity = actuator.name == f"{actuator.target}_velocity" and actuator.target in positions
+        if carries_velocity:
+            if cfg.damping is not None:
+                actuator.gainprm[0] = cfg.damping
+            continue
+        if not actuator.biasprm[1] and not actuator.biasprm[2]:
+            continue
         if cfg.damping is not None:
             actuator.biasprm[2] = -cfg.damping
+            if not actuator.biasprm[1]:
+                actuator.gainprm[0] = cfg.damping
+        if cfg.stiffness or (cfg.stiffness is not None and actuator.biasprm[1]):
+            actuator.gainprm[0] = cfg.stiffness
+            actuator.biasprm[1] = -cfg.stiffness
     if cfg.max_effort is not None:
         for joint in spec.joints:
             if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
