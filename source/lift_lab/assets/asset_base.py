@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import torch
 
+from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.sim.schemas import apply_schemas
 from lift_lab.sim.spawners.spawner_cfg import Spawned
 from lift_lab.usd.filters import separate_classes
@@ -142,7 +143,11 @@ class AssetBase(Entity):
         return torch.arange(self.num_instances, device=self._physics.device) if ids is None else ids
 
     def _env_ids(self, env_ids: EnvIds) -> torch.Tensor | None:
-        """Environment ids as a LongTensor on the device; None for all."""
+        """Environment ids as a LongTensor on the device; None for all.
+
+        Raises:
+            ConfigError: a mask, or fractions.
+        """
         if env_ids is None or (isinstance(env_ids, slice) and env_ids == slice(None)):
             return None
         if isinstance(env_ids, slice):
@@ -150,8 +155,8 @@ class AssetBase(Entity):
         if isinstance(env_ids, torch.Tensor):
             if env_ids.dtype == torch.long and env_ids.device == self._physics.device:
                 return env_ids
-            return env_ids.to(device=self._physics.device, dtype=torch.long)
-        return torch.tensor(list(env_ids), device=self._physics.device, dtype=torch.long)
+            return ids_tensor(env_ids, self._physics.device)
+        return ids_tensor(list(env_ids), self._physics.device)
 
     def _count(self, env_ids: torch.Tensor | None) -> int:
         return self.num_instances if env_ids is None else len(env_ids)

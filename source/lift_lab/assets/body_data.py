@@ -201,12 +201,12 @@ class BodyData(AssetData):
     @cached
     def body_link_pos_w(self) -> torch.Tensor:
         """Positions of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.field("xpos")[:, self._body_cols] + self._body_origins_w
+        return self._physics.current("xpos")[:, self._body_cols] + self._body_origins_w
 
     @cached
     def body_link_quat_w(self) -> torch.Tensor:
         """Orientations of the bodies (w, x, y, z), shape (num_envs, num_bodies, 4)."""
-        return self._physics.field("xquat")[:, self._body_cols].clone()
+        return self._physics.current("xquat")[:, self._body_cols].clone()
 
     @cached
     def body_link_pose_w(self) -> torch.Tensor:
@@ -215,25 +215,25 @@ class BodyData(AssetData):
 
     def _velocity_at(self, points: torch.Tensor) -> torch.Tensor:
         """Velocity of the bodies at points given without origins, linear then angular."""
-        cvel = self._physics.field("cvel")[:, self._body_cols]
-        centre = self._physics.field("subtree_com")[:, self._tree_root, None]
+        cvel = self._physics.current("cvel")[:, self._body_cols]
+        centre = self._physics.current("subtree_com")[:, self._tree_root, None]
         ang, lin = cvel[..., :3], cvel[..., 3:]
         return torch.cat((lin + torch.linalg.cross(ang, points - centre), ang), dim=-1)
 
     @cached
     def body_com_vel_w(self) -> torch.Tensor:
         """Velocities of the bodies' centres of mass, shape (num_envs, num_bodies, 6)."""
-        return self._velocity_at(self._physics.field("xipos")[:, self._body_cols])
+        return self._velocity_at(self._physics.current("xipos")[:, self._body_cols])
 
     @cached
     def body_link_vel_w(self) -> torch.Tensor:
         """Velocities of the bodies' origins, shape (num_envs, num_bodies, 6)."""
-        return self._velocity_at(self._physics.field("xpos")[:, self._body_cols])
+        return self._velocity_at(self._physics.current("xpos")[:, self._body_cols])
 
     @cached
     def body_com_pos_w(self) -> torch.Tensor:
         """Centres of mass of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.field("xipos")[:, self._body_cols] + self._body_origins_w
+        return self._physics.current("xipos")[:, self._body_cols] + self._body_origins_w
 
     @cached
     def body_com_quat_w(self) -> torch.Tensor:
@@ -265,11 +265,11 @@ class BodyData(AssetData):
     def body_com_acc_w(self) -> torch.Tensor:
         """Accelerations of the bodies' centres of mass without gravity's, shape (num_envs, num_bodies, 6).
 
-        Of the last physics substep (the engine computes accelerations while it steps).
+        From the change of the velocities over the last physics substep.
         """
         acc = self._physics.com_acc()[:, self._body_cols]
-        arm_w = self._physics.field("xipos")[:, self._body_cols]
-        arm_w = arm_w - self._physics.field("subtree_com")[:, self._tree_root, None]
+        arm_w = self._physics.current("xipos")[:, self._body_cols]
+        arm_w = arm_w - self._physics.current("subtree_com")[:, self._tree_root, None]
         ang, lin = acc[..., :3], acc[..., 3:]
         vel = self.body_com_vel_w
         lin = lin + torch.linalg.cross(ang, arm_w) + torch.linalg.cross(vel[..., 3:], vel[..., :3])

@@ -40,6 +40,11 @@ class MovableAsset(AssetBase):
         """Whether the root is fixed to the world."""
         return self._qadr is None
 
+    @property
+    def is_kinematic(self) -> bool:
+        """Whether the root follows the poses that are written, and nothing else."""
+        return self._mocap is not None
+
     def find_bodies(self, name_keys: str | Sequence[str], preserve_order: bool = False) -> tuple[list[int], list[str]]:
         """Indices and names of the bodies that match regular expressions.
 
@@ -80,6 +85,11 @@ class MovableAsset(AssetBase):
             device=physics.device,
         )
         default[3:7] /= default[3:7].norm()
+        if (
+            self.is_fixed_base and self._mocap is None
+        ):  # it stands where it stands, also if that is not the prim's origin
+            default[:3] = torch.tensor(model.body_pos[root], dtype=torch.float32)
+            default[3:7] = torch.tensor(model.body_quat[root], dtype=torch.float32)
         self._data.default_root_state[:] = default
         if not self.is_fixed_base:
             self.write_root_velocity_to_sim(self._data.default_root_state[:, 7:])
@@ -109,11 +119,11 @@ class MovableAsset(AssetBase):
 
     def write_root_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
         """Set pose and centre-of-mass velocity of the root, shape (n, 13), world frame."""
-        self.write_root_pose_to_sim(root_state[:, :7], env_ids)
+        self._write_root_pose(root_state[:, :7], env_ids)
         self._write_root_velocity(root_state[:, 7:], env_ids, at_com=True, quat=root_state[:, 3:7])
 
     def write_root_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set the root's link pose.
+        """Set the root's link pose; the velocity of its centre of mass stays as it is in the world.
 
         Args:
             root_pose: position (m) and orientation (w, x, y, z) in the world, shape (n, 7).
@@ -122,6 +132,18 @@ class MovableAsset(AssetBase):
         Raises:
             PhysicsError: the root is fixed to the world elsewhere than where it is put.
         """
+        if self._vadr is None:
+            self._write_root_pose(root_pose, env_ids)
+            return
+        ids = self._env_ids(env_ids)
+        velocity = self._data.root_com_vel_w
+        self._write_root_pose(root_pose, env_ids)
+        self._write_root_velocity(
+            velocity if ids is None else velocity[ids], env_ids, at_com=True, quat=root_pose[:, 3:7]
+        )
+
+    def _write_root_pose(self, root_pose: torch.Tensor, env_ids: EnvIds) -> None:
+        """Set the root's link pose; the rates of a free joint stay, which turn with the root."""
         ids = self._env_ids(env_ids)
         origins_w = self._env_origins_w if ids is None else self._env_origins_w[ids]
         pos_e = root_pose[:, :3] - origins_w
@@ -138,12 +160,15 @@ class MovableAsset(AssetBase):
     write_root_link_pose_to_sim = write_root_pose_to_sim
 
     def _check_fixed(self, pos_e: torch.Tensor, quat: torch.Tensor) -> None:
-        """A root that is fixed to the world can only be put where it stands."""
+        """A root that is fixed to the world can only be put where it stands; on a GPU this is not looked at."""
+        if self._physics.device.type != "cpu":
+            return
         model = self._physics.model
-        home = torch.tensor(model.body_pos[self._ids[0]], dtype=pos_e.dtype, device=pos_e.device)
-        if self._physics.device.type == "cpu" and (pos_e - home).abs().max() > 1e-3:
+        home = torch.tensor(model.body_pos[self._ids[0]], dtype=pos_e.dtype)
+        turned = (quat @ torch.tensor(model.body_quat[self._ids[0]], dtype=quat.dtype)).abs()
+        if (pos_e - home).abs().max() > 1e-3 or turned.min() < 1.0 - 1e-4:
             raise PhysicsError(
-                f"'{self.name}' is fixed to the world and cannot be moved; free it with "
+                f"'{self.name}' is fixed to the world and can be neither moved nor turned; free it with "
                 "articulation_props.fix_root_link=False, or make it kinematic"
             )
 
@@ -159,7 +184,7 @@ class MovableAsset(AssetBase):
 
     def write_root_link_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
         """Set pose and link velocity of the root, shape (n, 13), world frame."""
-        self.write_root_pose_to_sim(root_state[:, :7], env_ids)
+        self._write_root_pose(root_state[:, :7], env_ids)
         self.write_root_link_velocity_to_sim(root_state[:, 7:], env_ids)
 
     def write_root_com_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
@@ -203,28 +228,37 @@ class MovableAsset(AssetBase):
         self,
         forces: torch.Tensor,
         torques: torch.Tensor,
+        positions: torch.Tensor | None = None,
         body_ids: Sequence[int] | slice | None = None,
         env_ids: EnvIds = None,
         is_global: bool = False,
     ) -> None:
-        """Set wrenches on bodies' centres of mass; they act until changed.
+        """Set wrenches on bodies; they act until changed, turned with their body once an environment step.
 
         Args:
-            forces: in N, shape (n, num bodies chosen, 3).
+            forces: in N, shape (n, num bodies chosen, 3). Empty tensors of forces and torques take all wrenches off.
             torques: in N m, same shape.
+            positions: where the forces act in m, same shape; None for the centres of mass.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
-            is_global: whether the wrench is in the world frame; else in each body's link frame.
+            is_global: whether forces, torques and positions are in the world frame; else in each body's link frame.
         """
+        if not forces.numel() and not torques.numel():
+            self._force_b.zero_()
+            self._wrench_set = True  # so that the next write sends the zeros
+            return
         ids = self._env_ids(env_ids)
         rows = slice(None) if ids is None else ids
-        wrench = torch.cat((forces, torques), dim=-1)
+        chosen = slice(None) if body_ids is None else body_ids
         if is_global:
-            quat = self._data.body_link_quat_w[rows][:, body_ids if body_ids is not None else slice(None)]
-            wrench = torch.cat(
-                (math_utils.quat_apply_inverse(quat, forces), math_utils.quat_apply_inverse(quat, torques)),
-                dim=-1,
-            )
+            quat = self._data.body_link_quat_w[rows][:, chosen]
+            forces, torques = (math_utils.quat_apply_inverse(quat, vector) for vector in (forces, torques))
+            if positions is not None:
+                positions = math_utils.quat_apply_inverse(quat, positions - self._data.body_link_pos_w[rows][:, chosen])
+        if positions is not None:
+            arm = positions - self._data.body_com_pos_b[rows][:, chosen]
+            torques = torques + torch.linalg.cross(arm, forces)
+        wrench = torch.cat((forces, torques), dim=-1)
         if body_ids is None or isinstance(body_ids, slice):
             self._force_b[rows, body_ids or slice(None)] = wrench
         else:

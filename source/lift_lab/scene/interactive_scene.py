@@ -276,10 +276,11 @@ class InteractiveScene:
                 pose = entry["root_pose"].clone()
                 if is_relative:
                     pose[:, :3] += self._origins[ids]
-                if not asset.is_fixed_base:
+                if not asset.is_fixed_base or asset.is_kinematic:
                     asset.write_root_pose_to_sim(pose, ids)
                     asset.write_root_velocity_to_sim(entry["root_velocity"], ids)
                 if "joint_position" in entry:
                     asset.write_joint_state_to_sim(entry["joint_position"], entry["joint_velocity"], env_ids=ids)
                     asset.set_joint_position_target(entry["joint_position"], env_ids=ids)
+                    asset.set_joint_velocity_target(entry["joint_velocity"], env_ids=ids)
         self.write_data_to_sim()

@@ -15,7 +15,7 @@ from lift_lab.assets import ArticulationCfg, RigidObjectCfg
 from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
 from lift_lab.utils import configclass
-from lift_lab.utils.errors import ConfigError, NotFoundError
+from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError
 
 NUM_ENVS = 3
 SPACING = 2.0
@@ -424,3 +424,124 @@ def test_physx_settings_are_noted_as_ignored():
     noted = pending_ignored()
     assert "scene.box.spawn.rigid_props.solver_position_iteration_count" in noted
     assert "scene.box.spawn.rigid_props.max_depenetration_velocity" in noted
+
+
+def test_a_joint_without_stiffness_is_not_pushed_towards_its_target(arm_file):
+    """Whether it began without or lost it: the PD law asks for no effort at rest."""
+    gains = {"shoulder": 50.0, "elbow": 0.0}
+    sim, scene = _start(gravity=(0.0, 0.0, 0.0), arm=_arm(arm_file, _implicit(stiffness=gains, damping=0.5)))
+    arm = scene["arm"]
+    arm.write_joint_stiffness_to_sim(0.0, joint_ids=[0], env_ids=[1])
+    arm.set_joint_position_target(torch.tensor([[0.3, 0.9]]).repeat(NUM_ENVS, 1))
+    scene.write_data_to_sim()
+    sim.step()
+    torch.testing.assert_close(sim.physics.field("qfrc_actuator"), torch.zeros(NUM_ENVS, 2), atol=1e-6, rtol=0)
+
+
+def test_soft_limits_follow_the_limits(arm_file):
+    cfg = _arm(arm_file, _implicit())
+    cfg.soft_joint_pos_limit_factor = 0.5
+    _, scene = _start(arm=cfg)
+    arm = scene["arm"]
+    arm.write_joint_position_limit_to_sim(torch.tensor([[[-0.4, 0.8]]]), joint_ids=[0], env_ids=[1])
+    torch.testing.assert_close(arm.data.soft_joint_pos_limits[1, 0], torch.tensor([-0.1, 0.5]))
+    middle, half = math.radians(15.0), math.radians(52.5)
+    torch.testing.assert_close(arm.data.soft_joint_pos_limits[0, 0], torch.tensor([middle - half, middle + half]))
+
+
+@pytest.mark.parametrize("env_ids", [torch.tensor([False, False, True]), [False, False, True], torch.tensor([2.0])])
+def test_a_mask_or_fractions_are_no_environments(arm_file, env_ids):
+    _, scene = _start(arm=_arm(arm_file, _implicit()))
+    with pytest.raises(ConfigError, match="ids must be integers"):
+        scene["arm"].write_joint_position_to_sim(torch.zeros(1, 2), env_ids=env_ids)
+
+
+def test_a_root_that_is_put_elsewhere_keeps_its_velocity_in_the_world(physics):
+    """Turned by 90 degrees about z: neither the spin about x nor the velocity of the centre of mass turns with it."""
+    _, scene = _start(physics, gravity=(0.0, 0.0, 0.0), box=_box())
+    box = scene["box"]
+    box.data._com_b[:, 0] = torch.tensor([0.03, 0.0, 0.0])  # as of a body whose centre of mass is off its origin
+    box.data._root_com_is_origin = False
+    velocity = torch.tensor([[0.1, 0.2, 0.3, 1.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1)
+    box.write_root_velocity_to_sim(velocity)
+    half = math.sqrt(0.5)
+    pose = torch.tensor([[0.0, 0.0, 3.0, half, 0.0, 0.0, half]]) + torch.nn.functional.pad(scene.env_origins, (0, 4))
+    box.write_root_pose_to_sim(pose[1:2], env_ids=[1])
+    torch.testing.assert_close(box.data.root_com_vel_w, velocity, atol=1e-6, rtol=0)
+    torch.testing.assert_close(box.data.root_link_pose_w[1], pose[1])
+    torch.testing.assert_close(box.data.body_link_pose_w[1, 0], pose[1], atol=1e-6, rtol=0)
+
+
+def test_a_fixed_root_can_be_neither_moved_nor_turned(arm_file):
+    _, scene = _start(arm=_arm(arm_file, _implicit()))
+    arm = scene["arm"]
+    at_home = arm.data.default_root_state.clone()
+    at_home[:, :3] += scene.env_origins
+    arm.write_root_state_to_sim(at_home)  # its root link is half a metre above the prim
+    torch.testing.assert_close(arm.data.root_pos_w, at_home[:, :3])
+    turned = at_home[:, :7].clone()
+    turned[:, 3:] = torch.tensor([math.cos(0.1), 0.0, 0.0, math.sin(0.1)])
+    with pytest.raises(PhysicsError, match="neither moved nor turned"):
+        arm.write_root_pose_to_sim(turned)
+
+
+def test_a_kinematic_object_is_put_back_with_the_state(arm_file):
+    _, scene = _start(box=_box(kinematic_enabled=True))
+    box, state = scene["box"], scene.get_state(is_relative=True)
+    pose = box.data.root_pose_w.clone()
+    moved = pose.clone()
+    moved[:, 2] += 1.0
+    box.write_root_pose_to_sim(moved)
+    scene.reset_to(state, is_relative=True)
+    torch.testing.assert_close(box.data.root_pose_w, pose)
+
+
+def test_bodies_are_where_written_joints_put_them(physics, arm_file):
+    """Before any step: shoulder at 90 degrees about y, so that the elbow is 0.4 m below it."""
+    _, scene = _start(physics, arm=_arm(arm_file, _implicit()))
+    arm = scene["arm"]
+    before = arm.data.body_pos_w.clone()
+    arm.write_joint_position_to_sim(torch.tensor([[math.pi / 2, 0.0]]), env_ids=[1])
+    expected = scene.env_origins[1] + torch.tensor([0.0, 0.0, 0.1])
+    torch.testing.assert_close(arm.data.body_pos_w[1, 2], expected, atol=1e-5, rtol=0)
+    torch.testing.assert_close(arm.data.body_pos_w[0], before[0])
+
+
+def test_the_acceleration_of_a_stiffly_damped_joint_is_that_of_its_velocity(physics, arm_file):
+    """A damper of 50 N m s/rad stops the joint within two steps; the force at the start would reverse it."""
+    sim, scene = _start(physics, gravity=(0.0, 0.0, 0.0), arm=_arm(arm_file, _implicit(stiffness=0.0, damping=50.0)))
+    arm = scene["arm"]
+    assert not arm.data.joint_acc.any()
+    arm.write_joint_velocity_to_sim(torch.tensor([[1.0, 0.0]]).repeat(NUM_ENVS, 1))
+    before = arm.data.joint_vel.clone()
+    scene.write_data_to_sim()
+    sim.step()
+    scene.update(sim.cfg.dt)
+    change = (arm.data.joint_vel - before) / sim.cfg.dt
+    torch.testing.assert_close(arm.data.joint_acc, change, rtol=1e-4, atol=1e-2)
+    assert arm.data.joint_acc[0, 0] > -1.0 / sim.cfg.dt
+    arm.write_joint_velocity_to_sim(torch.zeros(1, 2), env_ids=[0])
+    assert not arm.data.joint_acc[0].any()
+
+
+@pytest.mark.parametrize("is_global", [False, True])
+def test_a_force_beside_the_centre_of_mass_turns_the_body(is_global):
+    """1 N along y at 0.1 m along x: a torque of 0.1 N m about z, on a box of known inertia."""
+    sim, scene = _start(gravity=(0.0, 0.0, 0.0), box=_box())
+    box = scene["box"]
+    force = torch.tensor([[[0.0, 1.0, 0.0]]]).repeat(NUM_ENVS, 1, 1)
+    place = torch.tensor([[[0.1, 0.0, 0.0]]]).repeat(NUM_ENVS, 1, 1)
+    if is_global:
+        place = place + box.data.root_pos_w[:, None]
+    before = box.data.root_vel_w.clone()
+    box.set_external_force_and_torque(force, torch.zeros_like(force), place, None, None, is_global)
+    scene.write_data_to_sim()
+    sim.step()
+    scene.update(sim.cfg.dt)
+    inertia = 0.6 / 12 * (0.2**2 + 0.1**2)
+    change = (box.data.root_vel_w - before) / sim.cfg.dt
+    expected = torch.tensor([0.0, 1 / 0.6, 0.0, 0.0, 0.0, 0.1 / inertia]).repeat(NUM_ENVS, 1)
+    torch.testing.assert_close(change, expected, rtol=1e-3, atol=1e-3)
+    box.set_external_force_and_torque(torch.zeros(0, 3), torch.zeros(0, 3))
+    scene.write_data_to_sim()
+    assert not sim.physics.field("xfrc_applied").any()

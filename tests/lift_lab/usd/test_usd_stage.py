@@ -307,7 +307,7 @@ def test_an_instancer_in_an_instanced_reference_is_expanded(author):
         prim = a.stage.DefinePrim(f"/Robot/{name}", "Xform")
         prim.GetReferences().AddReference(library.stage.GetRootLayer().identifier)
         prim.SetInstanceable(True)
-    model, report = a.load(strict=True)
+    model, _ = a.load(strict=True)
     assert (model.nbody, model.ngeom) == (5, 4)
 
 
@@ -334,7 +334,8 @@ def test_of_an_animated_prim_the_start_is_taken_and_reported(author, notes):
     model, report = a.load()
     np.testing.assert_allclose(model.body("platform").pos, (5, 2, 3))
     np.testing.assert_allclose(model.geom("c").size, 0.15, rtol=1e-6)
-    assert notes(report, "/Robot/platform")[1] and notes(report, "/Robot/platform/c")[1]
+    assert notes(report, "/Robot/platform")[1]
+    assert notes(report, "/Robot/platform/c")[1]
 
 
 @pytest.mark.parametrize("kind", ["", "Scope"])

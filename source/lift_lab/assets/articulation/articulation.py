@@ -134,10 +134,14 @@ class Articulation(MovableAsset):
         data = self.data
         data.joint_pos_limits = limits.repeat(num_envs, 1, 1)
         data.default_joint_pos_limits = data.joint_pos_limits.clone()
+        data.soft_joint_pos_limits = self._soft(data.joint_pos_limits)
+
+    def _soft(self, limits: torch.Tensor) -> torch.Tensor:
+        """Limits that are narrower by the config's factor, about the same middle."""
         middle = limits.mean(dim=-1)
-        half = 0.5 * (limits[:, 1] - limits[:, 0]) * self.cfg.soft_joint_pos_limit_factor
+        half = 0.5 * (limits[..., 1] - limits[..., 0]) * self.cfg.soft_joint_pos_limit_factor
         soft = torch.stack((middle - half, middle + half), dim=-1)
-        data.soft_joint_pos_limits = torch.where(limits.isfinite(), soft, limits).repeat(num_envs, 1, 1)
+        return torch.where(limits.isfinite(), soft, limits)
 
     def _resolve_defaults(self, per_env) -> None:
         data = self.data
@@ -195,7 +199,8 @@ class Articulation(MovableAsset):
         explicit = [names.index(name) for name in driven if not self._drives.joints[name].implicit]
         if explicit:
             data._explicit_ids = torch.tensor(explicit, device=device)
-        self._has_feedforward = False
+        # a drive without stiffness takes an effort: then the law has to be written out, too
+        self._has_feedforward = any(drive.implicit and not drive.stiffness for drive in self._drives.joints.values())
 
     def _write_initial_state(self) -> None:
         data = self.data
@@ -338,6 +343,7 @@ class Articulation(MovableAsset):
         self, stiffness: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set position gains, shape (n, num joints chosen)."""
+        self._has_feedforward = True  # one may be zero now
         self._set("joint_stiffness", stiffness, joint_ids, env_ids)
         self._write_gains(joint_ids)
 
@@ -402,7 +408,9 @@ class Articulation(MovableAsset):
         env_ids: EnvIds = None,
         warn_limit_violation: bool = True,
     ) -> None:
-        """Set position limits (rad or m), shape (n, num joints chosen, 2); defaults are clamped into them.
+        """Set position limits (rad or m), shape (n, num joints chosen, 2).
+
+        Soft limits follow, and defaults are clamped into them.
 
         Raises:
             ConfigError: a joint that has no limit in the model.
@@ -420,6 +428,7 @@ class Articulation(MovableAsset):
         self._set("joint_pos_limits", limits, joint_ids, env_ids)
         field = self._physics.randomizable("jnt_range")
         field[:, self._joint_ids] = self.data.joint_pos_limits.to(field.dtype)
+        self.data.soft_joint_pos_limits = self._soft(self.data.joint_pos_limits)
         low, high = self.data.joint_pos_limits.unbind(-1)
         self.data.default_joint_pos.clamp_(low, high)
 

@@ -60,8 +60,8 @@ class ArticulationData(BodyData):
 
     @property
     def joint_acc(self) -> torch.Tensor:
-        """Joint accelerations of the last physics substep."""
-        return self._physics.field("qacc")[:, self._dof_cols]
+        """Joint accelerations: the change of the velocities over the last physics substep; zero after a reset."""
+        return self._physics.acceleration()[:, self._dof_cols]
 
     @cached
     def computed_torque(self) -> torch.Tensor:

@@ -277,8 +277,8 @@ class ContactSensor(SensorBase):
 
     def _read_poses(self) -> None:
         if self.cfg.track_pose:
-            self._data.pos_w = self._physics.field("xpos")[:, self._body_ids] + self._env_origins_w[:, None]
-            self._data.quat_w = self._physics.field("xquat")[:, self._body_ids]
+            self._data.pos_w = self._physics.current("xpos")[:, self._body_ids] + self._env_origins_w[:, None]
+            self._data.quat_w = self._physics.current("xquat")[:, self._body_ids]
 
 
 def _filter_targets(

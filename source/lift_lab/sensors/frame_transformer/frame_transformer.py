@@ -42,22 +42,22 @@ class FrameTransformerData(EntityData):
     @property
     def source_pos_w(self) -> torch.Tensor:
         """Position of the source frame in m, shape (num_envs, 3)."""
-        return self._physics.field("site_xpos")[:, self._source] + self._origins_w
+        return self._physics.current("site_xpos")[:, self._source] + self._origins_w
 
     @property
     def source_quat_w(self) -> torch.Tensor:
         """Orientation of the source frame (w, x, y, z), shape (num_envs, 4)."""
-        return self._quat(self._physics.field("site_xmat")[:, self._source])
+        return self._quat(self._physics.current("site_xmat")[:, self._source])
 
     @property
     def target_pos_w(self) -> torch.Tensor:
         """Positions of the target frames in m, shape (num_envs, F, 3)."""
-        return self._physics.field("site_xpos")[:, self._targets] + self._target_origins_w
+        return self._physics.current("site_xpos")[:, self._targets] + self._target_origins_w
 
     @property
     def target_quat_w(self) -> torch.Tensor:
         """Orientations of the target frames (w, x, y, z), shape (num_envs, F, 4)."""
-        return self._quat(self._physics.field("site_xmat")[:, self._targets])
+        return self._quat(self._physics.current("site_xmat")[:, self._targets])
 
     @property
     def target_pos_source(self) -> torch.Tensor:

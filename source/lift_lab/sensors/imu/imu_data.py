@@ -34,8 +34,7 @@ class ImuData(EntityData):
         self._sensordata = physics.field("sensordata")
         shape = (physics.num_envs, 3)
         self._bias_w = torch.tensor(bias_w, dtype=torch.float32, device=physics.device).expand(shape)
-        gravity = torch.tensor(physics.model.opt.gravity, dtype=torch.float32, device=physics.device)
-        self._gravity_w = gravity.expand(shape)
+        self._gravity_w = physics.gravity
         self.stepped = torch.zeros(physics.num_envs, 1, dtype=torch.bool, device=physics.device)
         """Whether the engine has stepped since each environment was reset, shape (num_envs, 1)."""
 
@@ -49,17 +48,17 @@ class ImuData(EntityData):
     @property
     def pos_w(self) -> torch.Tensor:
         """Position of the sensor in m, shape (num_envs, 3)."""
-        return self._physics.field("site_xpos")[:, self._site] + self._origins_w
+        return self._physics.current("site_xpos")[:, self._site] + self._origins_w
 
     @property
     def quat_w(self) -> torch.Tensor:
         """Orientation of the sensor (w, x, y, z), shape (num_envs, 4)."""
-        mat = self._physics.field("site_xmat")[:, self._site]
+        mat = self._physics.current("site_xmat")[:, self._site]
         return math_utils.quat_from_matrix(mat.reshape(-1, 3, 3))
 
     @property
     def projected_gravity_b(self) -> torch.Tensor:
-        """Direction of gravity, shape (num_envs, 3); zero where there is none."""
+        """Direction of gravity at start, shape (num_envs, 3); zero where there is none."""
         return self._into_b(torch.nn.functional.normalize(self._gravity_w, dim=-1))
 
     @property
@@ -76,7 +75,7 @@ class ImuData(EntityData):
     def lin_acc_b(self) -> torch.Tensor:
         """Acceleration plus the config's bias in m/s^2, shape (num_envs, 3). After a reset the bias alone."""
         # the engine's reading is the acceleration minus gravity
-        measured = self._read("accelerometer") + self._into_b(self._gravity_w)
+        measured = self._read("accelerometer") + self._into_b(self._physics.gravity)
         return torch.where(self.stepped, measured, 0.0) + self._into_b(self._bias_w)
 
     @property

@@ -40,6 +40,9 @@ def _words(*lines: str) -> tuple[str, ...]:
 STATE_FIELDS = _words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat")
 """Fields that write() takes. `xfrc_applied` is (force, torque) at a body's centre of mass, world frame."""
 
+_MOVING_FIELDS = frozenset(("qpos", "qvel", "mocap_pos", "mocap_quat"))
+"""State fields that kinematics depend on."""
+
 MAX_VALUE = 1e10
 """MuJoCo's bound (mjMAXVAL) on healthy positions, velocities and accelerations."""
 
@@ -156,6 +159,10 @@ class Physics(ABC):
         self.device = device
         self._shapes = mujoco.MjData(self.model)
         self._moving_dofs = _moving_dofs(self.model).to(device)
+        self._gravity = torch.tensor(self.model.opt.gravity, dtype=torch.float32, device=device).expand(num_envs, 3)
+        self._gravity_may_differ = False
+        self._stale: list[torch.Tensor | Sequence[int] | None] = []  # environments moved since kinematics were current
+        self._acceleration: torch.Tensor | None = None
 
     @abstractmethod
     def field(self, name: str) -> torch.Tensor:
@@ -245,6 +252,35 @@ class Physics(ABC):
     def close(self) -> None:  # noqa: B027 - engines without resources need none
         """Release what the engine holds; the object is not used afterwards."""
 
+    def current(self, name: str) -> torch.Tensor:
+        """:meth:`field` at the state as it is now: after writes the kinematics are computed first, where due.
+
+        Of kinematic fields; what depends on forces is as :meth:`field` says.
+        """
+        if self._stale:
+            stale = self._stale
+            everywhere = any(env_ids is None for env_ids in stale)
+            ids = None if everywhere else torch.cat([ids_tensor(env_ids, self.device) for env_ids in stale])  # type: ignore[arg-type]
+            self.refresh(ids)
+            self._stale.clear()
+        return self.field(name)
+
+    def acceleration(self) -> torch.Tensor:
+        """Change of `qvel` over the last time step, divided by its length, (num_envs, nv); the same tensor for life.
+
+        MuJoCo's `qacc` is not that where an integrator is implicit in velocities: a stiff damper slows a joint by less
+        than the force at the start of the step would. Zero before the first step after the first call, and where
+        velocities were written or reset since.
+        """
+        if self._acceleration is None:
+            self._acceleration = torch.zeros(self.num_envs, self.model.nv, device=self.device)
+        return self._acceleration
+
+    @property
+    def gravity(self) -> torch.Tensor:
+        """Acceleration of gravity in m/s^2, (num_envs, 3), as it is now."""
+        return self.randomizable("opt.gravity").float() if self._gravity_may_differ else self._gravity
+
     def jac_body(self, body_id: int) -> torch.Tensor:
         """Jacobian of a body's frame origin in the world frame, (num_envs, 6, nv), rows (linear, angular).
 
@@ -253,25 +289,39 @@ class Physics(ABC):
         """
         if not 0 <= body_id < self.model.nbody:
             raise NotFoundError(f"body id {body_id} is not in [0, {self.model.nbody})")
-        axes = self.field("cdof") * self._moving_dofs[body_id].unsqueeze(-1)
+        axes = self.current("cdof") * self._moving_dofs[body_id].unsqueeze(-1)
         angular, linear = axes[..., :3], axes[..., 3:]
         root_com = self.field("subtree_com")[:, self.model.body_rootid[body_id]]
         arm = (self.field("xpos")[:, body_id] - root_com).unsqueeze(1)
         linear = linear + torch.linalg.cross(angular, arm.expand_as(angular))
         return torch.cat((linear, angular), dim=-1).transpose(1, 2)
 
-    def com_acc(self) -> torch.Tensor:
+    def com_acc(self, qacc: torch.Tensor | None = None) -> torch.Tensor:
         """Accelerations of all bodies without gravity's share, (num_envs, nbody, 6), rows (angular, linear).
 
         MuJoCo's `cacc` less that of the world, for a model with or without sensors: world frame, linear part at the
-        centre of mass of the tree. From the current motion axes and `qacc`, which after step() belongs to the last
-        substep.
+        centre of mass of the tree. From the current motion axes.
+
+        Args:
+            qacc: accelerations of the degrees of freedom, (num_envs, nv); None for :meth:`acceleration`.
         """
-        qvel, qacc = self.field("qvel").unsqueeze(-1), self.field("qacc").unsqueeze(-1)
-        of_dofs = self.field("cdof_dot") * qvel + self.field("cdof") * qacc
+        qvel, qacc = self.field("qvel").unsqueeze(-1), (self.acceleration() if qacc is None else qacc).unsqueeze(-1)
+        of_dofs = self.current("cdof_dot") * qvel + self.current("cdof") * qacc
         return torch.einsum("bv,nvk->nbk", self._moving_dofs, of_dofs)
 
     # -- shared by the engines
+
+    def _moved(self, name: str, env_ids: torch.Tensor | Sequence[int] | None) -> None:
+        """Take note that a field of some environments was written."""
+        if name in _MOVING_FIELDS and not (self._stale and self._stale[-1] is env_ids):
+            self._stale.append(env_ids)
+
+    def _caught_up(self, env_ids: torch.Tensor | Sequence[int] | None) -> None:
+        """Take note that the kinematics of some environments are current."""
+        if env_ids is None:
+            self._stale.clear()
+        elif self._stale:
+            self._stale = [stale for stale in self._stale if stale is not env_ids]
 
     def _shape(self, name: str) -> tuple[int, ...]:
         """Per-environment shape of an MjData field."""
@@ -302,6 +352,7 @@ class Physics(ABC):
         if name not in RANDOMIZABLE_FIELDS:
             hint = suggest(name, RANDOMIZABLE_FIELDS)
             raise NotFoundError(f"model field '{name}' cannot differ between environments; {hint}")
+        self._gravity_may_differ |= name == "opt.gravity"
 
 
 def sensor_stages(model: mujoco.MjModel) -> list[Stage]:

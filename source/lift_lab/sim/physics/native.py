@@ -182,6 +182,9 @@ class NativePhysics(Physics):
         mirror = self._mirrors.get(name)
         if mirror is not None:
             mirror.write(rows, columns, source)
+        self._moved(name, env_ids)
+        if name == "qvel" and self._acceleration is not None:
+            self._acceleration.numpy()[rows, columns] = 0.0
 
     # -- dynamics
 
@@ -189,12 +192,25 @@ class NativePhysics(Physics):
         if num_substeps < 1:
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
         self._looked = False
-        self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
+        if self._acceleration is None:
+            self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
+        else:
+            self._step_and_compare(num_substeps, self._acceleration.numpy())
         if self._frames is not None:
             self._call(self._frames.follow)
         with lossy():
             for mirror in self._advanced:
                 mirror.copy_all()
+        self._caught_up(None)
+
+    def _step_and_compare(self, num_substeps: int, acceleration: np.ndarray) -> None:
+        """Step, and see what the last time step did to the velocities."""
+        if num_substeps > 1:
+            self._call(lambda: self._batch.step(nstep=num_substeps - 1, stage=int(Stage.NONE)))
+        before = self._state["qvel"].copy()
+        self._call(lambda: self._batch.step(nstep=1, stage=int(self._stage)))
+        with lossy(), np.errstate(invalid="ignore"):
+            acceleration[:] = (self._state["qvel"] - before) / self.model.opt.timestep
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._forward(env_ids, max(self._stage, Stage.POS) if self._frames is None else self._frames.stage)
@@ -213,6 +229,7 @@ class NativePhysics(Physics):
             for mirror in self._mirrors.values():
                 if mirror.stage != Stage.NONE:
                     mirror.sync(stage, ids)
+        self._caught_up(env_ids)
 
     def _compute(self, ids: np.ndarray | None, stage: Stage) -> None:
         """Run the stages up to `stage` at the current state."""
@@ -245,6 +262,9 @@ class NativePhysics(Physics):
                     mirror.sync(Stage.NONE, ids)
                 else:
                     mirror.clear_forces(ids)
+        self._moved("qpos", env_ids)
+        if self._acceleration is not None:
+            self._acceleration[_ALL if ids is None else torch.from_numpy(ids)] = 0.0
 
     # -- model
 

@@ -134,6 +134,7 @@ class WarpPhysics(Physics):
             self._failed = wp.zeros(num_envs, dtype=bool)
             latched = [wp.zeros(num_envs, dtype=bool) for _ in range(2)]
             self._sensor_saved = wp.empty_like(self._d.sensordata)
+            self._qvel_before = wp.empty_like(self._d.qvel)
             stages = sensor_stages(self.model)
             self._force_sensors = wp.array([s == Stage.ACC for s in stages], dtype=bool)
         self._reset_mask_torch = wp.to_torch(self._reset_mask)
@@ -192,6 +193,9 @@ class WarpPhysics(Physics):
             rows = rows[:, None]
         source = torch.as_tensor(values, dtype=torch.float32, device=self.device).detach()
         target[rows, columns] = broadcast_rows(name, source, num_rows, num_cols)
+        self._moved(name, env_ids)
+        if name == "qvel" and self._acceleration is not None:
+            self._acceleration[rows, columns] = 0.0
 
     # -- dynamics
 
@@ -200,24 +204,34 @@ class WarpPhysics(Physics):
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
 
         def substeps() -> None:
-            for _ in range(num_substeps):
+            for i in range(num_substeps):
+                if compares and i == num_substeps - 1:
+                    wp.copy(self._qvel_before, self._d.qvel)
                 mjw.step(self._m, self._d)
             self._failure_kernels()
             if mends:
                 self._reset_kernels(self._failed)
             self._refresh_kernels()
 
-        mends = self.mends_failures
+        mends, compares = self.mends_failures, self._acceleration is not None
         cleared = tuple(self._force_rows) if mends else ()
-        self._run(("step", num_substeps, self._plan, mends, cleared), substeps)
+        self._run(("step", num_substeps, self._plan, mends, cleared, compares), substeps)
         self._looked, self._checked = False, True
+        self._caught_up(None)
+        if self._acceleration is not None:
+            torch.sub(self._state_tensor("qvel"), wp.to_torch(self._qvel_before), out=self._acceleration)
+            self._acceleration /= self.model.opt.timestep
+            if mends:
+                self._acceleration.masked_fill_(wp.to_torch(self._failed)[:, None], 0.0)
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._run(("refresh", self._plan), self._refresh_kernels)
+        self._caught_up(None)
         self._checked = self._checked and not self._plan.collision
 
     def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
         self._run("forward", lambda: mjw.forward(self._m, self._d))
+        self._caught_up(None)
         self._checked = False
 
     def reset(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
@@ -230,6 +244,9 @@ class WarpPhysics(Physics):
             self._reset_mask_torch[ids_tensor(env_ids, self.device)] = True
         self._run(("reset", tuple(self._force_rows)), lambda: self._reset_kernels(self._reset_mask))
         self._checked = False
+        self._moved("qpos", env_ids)
+        if self._acceleration is not None:
+            self._acceleration.masked_fill_(self._reset_mask_torch[:, None], 0.0)
 
     def _reset_kernels(self, mask: wp.array) -> None:
         """Default state, and no forces, where the mask is true."""

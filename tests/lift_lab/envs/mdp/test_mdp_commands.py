@@ -26,6 +26,7 @@ class _Robot:
     """A robot whose root and one other body stand anywhere."""
 
     is_fixed_base = True
+    is_kinematic = False
 
     def __init__(self):
         torch.manual_seed(5)
@@ -92,6 +93,26 @@ def test_a_unique_quaternion_has_a_positive_real_part(env):
     loose = mdp.UniformPoseCommand(_pose_cfg(), env)
     loose.reset()
     assert (loose.command[:, 3] < 0).any()
+
+
+@pytest.mark.parametrize("who", ["a subclass", "a script"])
+def test_a_command_that_somebody_else_wrote_is_where_the_world_looks_for_it(env, who):
+    """As Isaac Lab, whose terms find the goal in the world anew at every step."""
+    wanted_b = torch.tensor([0.5, 0.1, 0.9, 1.0, 0.0, 0.0, 0.0])
+
+    class Own(mdp.UniformPoseCommand):
+        def _resample_command(self, env_ids):
+            self.pose_command_b[env_ids] = wanted_b
+
+    command = (Own if who == "a subclass" else mdp.UniformPoseCommand)(_pose_cfg(), env)
+    command.reset()
+    if who == "a script":
+        command.compute(0.02)
+        command.pose_command_b[:] = wanted_b
+    command.compute(0.02)
+    data = env.scene["robot"].data
+    wanted_w = torch.tensor(_rotation(data.root_quat_w).apply(wanted_b[:3].numpy())) + data.root_pos_w
+    torch.testing.assert_close(command.pose_command_w[:, :3].double(), wanted_w, atol=1e-5, rtol=0)
 
 
 @pytest.mark.parametrize("fixed_base", [True, False])

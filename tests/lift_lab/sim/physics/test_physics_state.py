@@ -61,12 +61,51 @@ def test_body_accelerations_are_those_of_mujoco_less_gravity(physics: Physics, m
     physics.write("qpos", torch.tensor(qpos))
     physics.write("qvel", torch.tensor(qvel))
     physics.write("qfrc_applied", 1.0)
-    physics.com_acc()
+    qacc = physics.field("qacc")
     physics.forward()
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:], data.qfrc_applied[:] = qpos, qvel, 1.0
     mujoco.mj_forward(model, data)
-    np.testing.assert_allclose(physics.com_acc()[2].cpu(), data.cacc - data.cacc[0], rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(physics.com_acc(qacc)[2].cpu(), data.cacc - data.cacc[0], rtol=1e-3, atol=1e-3)
+
+
+def test_accelerations_are_what_the_last_time_step_did_to_the_velocities(physics: Physics, model: mujoco.MjModel):
+    """MuJoCo on its own, a step at a time; also that asking for them changes nothing of the motion."""
+    qpos, qvel = random_state(model, 5)
+    physics.write("qpos", torch.tensor(qpos))
+    physics.write("qvel", torch.tensor(qvel))
+    acceleration = physics.acceleration()
+    assert not acceleration.any()
+    physics.step(3)
+    data = mujoco.MjData(physics.model)
+    data.qpos[:], data.qvel[:] = qpos, qvel
+    for _ in range(3):
+        before = data.qvel.copy()
+        mujoco.mj_step(physics.model, data)
+    expected = (data.qvel - before) / model.opt.timestep
+    scale = max(1.0, np.abs(data.qvel).max()) / model.opt.timestep  # of single precision's error
+    np.testing.assert_allclose(acceleration[1].cpu(), expected, rtol=1e-3, atol=2e-5 * scale)
+    np.testing.assert_allclose(physics.field("qvel")[1].cpu(), data.qvel, rtol=1e-3, atol=1e-3)
+    physics.write("qvel", 0.0, env_ids=[0])
+    physics.reset([2])
+    assert not acceleration[0].any()
+    assert acceleration[1].any()
+    assert not acceleration[2].any()
+
+
+def test_what_is_asked_for_after_a_write_is_of_the_new_state(physics: Physics, model: mujoco.MjModel):
+    qpos, qvel = random_state(model, 13)
+    xpos, cvel = physics.current("xpos"), physics.current("cvel")
+    physics.write("qpos", torch.tensor(qpos), env_ids=torch.tensor([1]))
+    physics.write("qvel", torch.tensor(qvel), env_ids=[1])
+    data = forwarded(model, qpos, qvel)
+    assert physics.current("xpos") is xpos
+    np.testing.assert_allclose(xpos[1].cpu(), data.xpos, atol=1e-5)
+    np.testing.assert_allclose(cvel[1].cpu(), data.cvel, rtol=1e-3, atol=1e-3)
+    assert not np.allclose(xpos[0].cpu(), data.xpos, atol=1e-3)
+    physics.step()
+    before = xpos.clone()
+    assert torch.equal(physics.current("xpos"), before)
 
 
 def test_a_write_names_environments_and_columns(physics: Physics):
@@ -168,3 +207,10 @@ def test_wrong_names_and_shapes_are_told_with_the_nearest_choices(physics: Physi
         physics.randomizable("body_parentid")
     with pytest.raises(ConfigError, match="num_substeps must be at least 1, got 0"):
         physics.step(0)
+
+
+def test_gravity_is_that_of_now(physics: Physics, model: mujoco.MjModel):
+    np.testing.assert_allclose(physics.gravity.cpu(), np.tile(model.opt.gravity, (physics.num_envs, 1)), rtol=1e-6)
+    physics.randomizable("opt.gravity")[1] = torch.tensor([0.0, 1.0, -3.0]).to(physics.randomizable("opt.gravity"))
+    np.testing.assert_allclose(physics.gravity[1].cpu(), (0.0, 1.0, -3.0))
+    np.testing.assert_allclose(physics.gravity[0].cpu(), model.opt.gravity, rtol=1e-6)

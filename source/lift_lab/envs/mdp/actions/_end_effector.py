@@ -126,7 +126,6 @@ class JointDynamics:
         self._bodies = torch.tensor(asset._ids, device=asset.device)
         self._dofs = dofs.to(asset.device)
         self._moves = moves.to(asset.device)
-        self._gravity_w = torch.tensor(model.opt.gravity, dtype=torch.float32, device=asset.device)
 
     def mass_matrix(self) -> torch.Tensor:
         """Joint-space inertia, shape (num_envs, num_joints, num_joints)."""
@@ -141,20 +140,21 @@ class JointDynamics:
 
         Shape (num_envs, num_joints).
         """
-        inertia = self._physics.field("cinert")[:, self._bodies]
-        force = inertia[..., 9:10] * self._gravity_w
-        torque = torch.linalg.cross(inertia[..., 6:9], self._gravity_w.expand_as(force))
+        inertia = self._physics.current("cinert")[:, self._bodies]
+        gravity_w = self._physics.gravity.unsqueeze(1)
+        force = inertia[..., 9:10] * gravity_w
+        torque = torch.linalg.cross(inertia[..., 6:9], gravity_w.expand_as(force))
         wrench = torch.cat((torque, force), dim=-1)
         pulled = torch.einsum("nbjf,nbf->nj", self._axes(), wrench)
-        return -pulled - self._physics.field("qfrc_gravcomp")[:, self._dofs]
+        return -pulled - self._physics.current("qfrc_gravcomp")[:, self._dofs]
 
     def _axes(self) -> torch.Tensor:
         """Motion (angular, linear) of each body for each joint, shape (num_envs, num_bodies, num_joints, 6)."""
-        return self._physics.field("cdof")[:, None, self._dofs] * self._moves[None, :, :, None]
+        return self._physics.current("cdof")[:, None, self._dofs] * self._moves[None, :, :, None]
 
     def _spatial_inertia(self) -> torch.Tensor:
         """Matrices of MuJoCo's ten-number inertias (``mjData.cinert``), shape (num_envs, num_bodies, 6, 6)."""
-        packed = self._physics.field("cinert")[:, self._bodies]
+        packed = self._physics.current("cinert")[:, self._bodies]
         xx, yy, zz, xy, xz, yz = packed[..., :6].unbind(-1)
         rotational = torch.stack((xx, xy, xz, xy, yy, yz, xz, yz, zz), dim=-1).unflatten(-1, (3, 3))
         coupling = math_utils.skew_symmetric_matrix(packed[..., 6:9].reshape(-1, 3)).view_as(rotational)

@@ -54,6 +54,8 @@ class UniformPoseCommand(CommandTerm):
         self.pose_command_b = torch.zeros(self.num_envs, 7, device=self.device)
         self.pose_command_b[:, 3] = 1.0
         self.pose_command_w = self.pose_command_b.clone()
+        self._stands = self.robot.is_fixed_base and not self.robot.is_kinematic
+        self._placed: tuple[torch.Tensor, int] | None = None
         self._no_rotation = math_utils.default_orientation(1, self.device)
         self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
         self.metrics["orientation_error"] = torch.zeros(self.num_envs, device=self.device)
@@ -70,7 +72,7 @@ class UniformPoseCommand(CommandTerm):
 
     def _update_metrics(self) -> None:
         data = self.robot.data
-        if not self.robot.is_fixed_base:
+        if not self._stands or self._written():
             self._update_world_pose(slice(None))
         wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
         distance = torch.linalg.vector_norm(wanted_pos - data.body_pos_w[:, self.body_idx], dim=-1)
@@ -92,8 +94,9 @@ class UniformPoseCommand(CommandTerm):
             quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:
             quat = math_utils.quat_unique(quat)
+        rows = slice(None) if self._written() else env_ids
         self.pose_command_b[env_ids] = torch.cat((self._choose_positions(env_ids, drawn[:, :3]), quat), dim=-1)
-        self._update_world_pose(env_ids)
+        self._update_world_pose(rows)
 
     def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
         """What to command some environments, in m in the root frame, where these were drawn: both of shape (n, 3)."""
@@ -120,3 +123,12 @@ class UniformPoseCommand(CommandTerm):
             data.root_pos_w[env_ids], data.root_quat_w[env_ids], command[:, :3], command[:, 3:]
         )
         self.pose_command_w[env_ids] = torch.cat(pose, dim=-1)
+        if not self.pose_command_b.is_inference():
+            self._placed = self.pose_command_b, self.pose_command_b._version
+
+    def _written(self) -> bool:
+        """Whether anybody else wrote commands since they were last put into the world, as far as that can be told."""
+        if self._placed is None:
+            return True
+        command, version = self._placed
+        return command is not self.pose_command_b or command._version != version
