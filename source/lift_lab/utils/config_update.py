@@ -35,7 +35,8 @@ _NO = object()  # "does not fit"
 def update_class_from_dict(obj: Any, data: Mapping[str, Any], _ns: str = "") -> None:
     """Set values of a configuration in place from a nested dictionary.
 
-    An int is taken for a float, anything for a None, ``"module:name"`` for a callable, a list for a tuple,
+    An int is taken for a float, ``"module:name"`` for a callable, anything for a None whose annotation is more than plain
+    types, a list for a tuple,
     ``"slice(a,b,c)"`` for a slice, and ``"???"`` for ``MISSING``. A list replaces a list; one that holds dictionaries
     updates the configurations of a list of the same length. Keys may be added to an empty dictionary only.
 
@@ -98,10 +99,12 @@ def _coerce(value: Any, current: Any, hint: Any, path: str, typed: bool) -> Any:
     new = _NO if empty else _fit_current(value, current, hint, path, typed)
     if new is _NO:
         new = _fit_hint(value, hint, path)
-    if new is _NO and empty:
+    if new is _NO and empty and not _says_plainly(hint):
         new = value
     if new is _NO:
         expected = type(current).__name__ if not is_function_like(current) else "'module:name'"
+        if empty:
+            expected = " or ".join(option.__name__ for option in _alternatives(hint) if option is not type(None))
         raise ConfigError(f"{path}: expected {expected}, got {type(value).__name__} {value!r}")
     return copy.deepcopy(new) if isinstance(new, (list, tuple, dict, set)) and new is value else new
 
@@ -229,6 +232,12 @@ def resolve_hint(annotation: Any, owner: type) -> Any:
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _says_plainly(hint: Any) -> bool:
+    """Whether an annotation is made of plain types (and None) only, so that it decides what may replace a None."""
+    options = [option for option in _alternatives(hint) if option is not type(None)]
+    return bool(options) and all(option in (bool, int, float, str) for option in options)
 
 
 def _literal_choices(hint: Any) -> tuple[Any, ...] | None:

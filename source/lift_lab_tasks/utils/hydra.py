@@ -1,7 +1,7 @@
 """Changing a task's configuration from a command line, in hydra's grammar.
 
-Overrides are ``env.<path>=<value>`` and ``agent.<path>=<value>`` for any entry, ``env.<path>=null`` to leave a term
-out, ``+env.<path>=<value>`` and ``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a
+Overrides are ``env.<path>=<value>`` and ``agent.<path>=<value>`` for any entry (of a list of configurations by its
+number, as in ``target_frames.0``), ``env.<path>=null`` to leave a term out, ``+env.<path>=<value>`` and ``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a
 preset that the task was registered with::
 
     kwargs={..., "presets": {"env.curriculum": {"step": "module:StepCfg", "linear": "module:LinearCfg"}}}
@@ -124,19 +124,30 @@ def _apply(cfgs: dict[str, Any], texts: Sequence[str]) -> None:
     overrides = [_parse(text) for text in texts]
     for override in overrides:
         _check_key(cfgs, override)
-    composed = _compose(cfgs, texts)
+    composed = _compose(cfgs, [_for_hydra(cfgs, override) for override in overrides])
     for override in overrides:
         keys = override.key_or_group.split(".")
         if override.type == OverrideType.DEL:
             _delete(_find(cfgs, keys[:-1], override.key_or_group), keys[-1])
             continue
-        for path in _leaf_paths(keys, override.value()):
+        for path in list(_leaf_paths(_find(cfgs, keys[:-1], override.key_or_group), keys, override.value())):
             try:
-                value = OmegaConf.select(composed, ".".join(path))
+                value = composed
+                for key in path:  # one by one: a key of a dictionary may hold dots
+                    value = value[int(key) if OmegaConf.is_list(value) else key]
                 value = OmegaConf.to_container(value, resolve=True) if OmegaConf.is_config(value) else value
             except OmegaConfBaseException as error:
                 raise ConfigError(f"override '{override.input_line}': {_first_line(error)}") from error
             _write(cfgs, path, value, override)
+
+
+def _for_hydra(cfgs: dict[str, Any], override: Override) -> str:
+    """The text of an override, for hydra, which adds to an empty dictionary only where it is told to."""
+    text = override.input_line or ""
+    if override.type != OverrideType.CHANGE or not isinstance(override.value(), dict):
+        return text
+    keys = override.key_or_group.split(".")
+    return f"++{text}" if _get(_find(cfgs, keys[:-1], override.key_or_group), keys[-1]) == {} else text
 
 
 def _parse(text: str) -> Override:
@@ -180,11 +191,15 @@ def _plain(value: Any) -> Any:
     return f"<{type(value).__name__}>"
 
 
-def _leaf_paths(path: list[str], value: Any) -> Iterator[list[str]]:
-    """Paths of the values of an override; a dictionary sets each of its entries."""
-    if isinstance(value, dict) and value:
+def _leaf_paths(owner: Any, path: list[str], value: Any) -> Iterator[list[str]]:
+    """Paths of the values of an override; a dictionary sets each entry of a configuration or dictionary.
+
+    It takes the place of anything else, and of an empty dictionary, as a whole.
+    """
+    current = _get(owner, path[-1])
+    if isinstance(value, dict) and value and _children(current):
         for key, entry in value.items():
-            yield from _leaf_paths([*path, str(key)], entry)
+            yield from _leaf_paths(current, [*path, str(key)], entry)
     else:
         yield path
 
@@ -197,6 +212,9 @@ def _write(cfgs: dict[str, Any], path: list[str], value: Any, override: Override
         owner[path[-1]] = value
         return
     current = _get(owner, path[-1])
+    if isinstance(owner, (list, tuple)):
+        names = quote(f"{text}.{name}" for name in _children(current)) or "the whole list"
+        raise ConfigError(f"override '{override.input_line}': an entry of a list is not replaced; set {names}")
     if value is None and not _may_be_none(owner, path[-1], current):
         raise ConfigError(f"override '{override.input_line}': {text} needs a {type(current).__name__}, not null")
     if dataclasses.is_dataclass(current) and value is not None and not isinstance(value, dict):
@@ -238,6 +256,21 @@ def _check_key(cfgs: dict[str, Any], override: Override) -> None:
         if name not in _children(node):
             raise ConfigError(_unknown(cfgs, path))
         node = _get(node, name)
+    if len(path) == 1:
+        raise ConfigError(f"override '{override.input_line}': only entries below {path[0]} can be changed or removed")
+    if override.type == OverrideType.CHANGE:
+        _check_entries(cfgs, path, node, override.value())
+
+
+def _check_entries(cfgs: dict[str, Any], path: list[str], node: Any, value: Any) -> None:
+    """Complain about entries of a dictionary that lead nowhere; an empty dictionary takes any."""
+    known = _children(node)
+    if not isinstance(value, dict) or not known:
+        return
+    for key, entry in value.items():
+        if str(key) not in known:
+            raise ConfigError(_unknown(cfgs, [*path, str(key)]))
+        _check_entries(cfgs, [*path, str(key)], _get(node, str(key)), entry)
 
 
 def _unknown(cfgs: dict[str, Any], path: list[str]) -> str:
@@ -272,10 +305,14 @@ def _children(node: Any) -> list[str]:
         return [str(key) for key in node]
     if dataclasses.is_dataclass(node) and not isinstance(node, type):
         return list(vars(node))
+    if isinstance(node, (list, tuple)) and any(_children(entry) for entry in node):
+        return [str(i) for i in range(len(node))]
     return []
 
 
 def _get(node: Any, name: str) -> Any:
+    if isinstance(node, (list, tuple)):
+        return node[int(name)] if name.isdigit() and int(name) < len(node) else None
     return node.get(name) if isinstance(node, dict) else getattr(node, name, None)
 
 

@@ -255,3 +255,58 @@ def test_the_newest_checkpoint_of_the_newest_run_that_has_one_is_found(tmp_path)
         get_checkpoint_path(tmp_path / "absent")
     with pytest.raises(ConfigError, match="not a regular expression"):
         get_checkpoint_path(tmp_path, "(")
+
+
+def lift(*overrides):
+    import lift_lab_tasks  # noqa: F401
+
+    return compose("Lift-Cube-Franka", None, overrides)[0]
+
+
+def test_a_joint_name_pattern_may_be_a_key():
+    env = lift(
+        "env.scene.robot.init_state.joint_pos={panda_finger_joint.*:0.02}",
+        "env.actions.gripper_action.open_command_expr={panda_finger_.*:0.03}",
+    )
+    assert env.scene.robot.init_state.joint_pos["panda_finger_joint.*"] == 0.02
+    assert env.scene.robot.init_state.joint_pos["panda_joint2"] == lift().scene.robot.init_state.joint_pos["panda_joint2"]
+    assert env.actions.gripper_action.open_command_expr == {"panda_finger_.*": 0.03}
+
+
+def test_a_dictionary_takes_the_place_of_a_number_where_the_annotation_allows_it():
+    env = lift("env.actions.arm_action.scale={panda_joint1:0.5,panda_joint2:0.25}")
+    assert env.actions.arm_action.scale == {"panda_joint1": 0.5, "panda_joint2": 0.25}
+    with pytest.raises(ConfigError, match=r"env\.decimation: expected int"):
+        lift("env.decimation={a:1}")
+
+
+def test_an_empty_dictionary_takes_new_entries():
+    name = "env.events.reset_object_position.params.velocity_range"
+    assert lift().events.reset_object_position.params["velocity_range"] == {}
+    assert lift(f"{name}={{x:[-1,1]}}").events.reset_object_position.params["velocity_range"] == {"x": [-1, 1]}
+
+
+def test_entries_of_a_list_of_configurations_are_numbered():
+    env = lift("env.scene.ee_frame.target_frames.0.offset.pos=[0,0,0.2]")
+    assert tuple(env.scene.ee_frame.target_frames[0].offset.pos) == (0.0, 0.0, 0.2)
+    for wrong, message in (("9.name=x", "unknown override key"), ("0=null", "an entry of a list is not replaced")):
+        with pytest.raises(ConfigError, match=message):
+            lift(f"env.scene.ee_frame.target_frames.{wrong}")
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("env.rewards.lifting_object={weigth:3}", "did you mean 'env.rewards.lifting_object.weight'?"),
+        ("env.seed=abc", "env.seed: expected int, got str 'abc'"),
+        ("env.sim.num_threads=abc", "env.sim.num_threads: expected int, got str 'abc'"),
+        ("env.sim.mujoco.nconmax=20.5", "env.sim.mujoco.nconmax: expected int, got float 20.5"),
+        ("~env", "only entries below env can be changed or removed"),
+        ("env=3", "only entries below env can be changed or removed"),
+    ],
+)
+def test_a_wrong_override_of_a_real_task_is_answered_in_one_line(override, message):
+    with pytest.raises(ConfigError) as caught:
+        lift(override)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
