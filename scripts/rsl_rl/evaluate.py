@@ -69,7 +69,7 @@ def main() -> int:
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
         runner.load_policy(str(checkpoint))
         # Again from the start, now with the curriculum where the checkpoint left it.
-        wrapped.seed(agent_cfg.seed)
+        wrapped.seed(env_cfg.seed)
         wrapped.reset()
         result = evaluate(wrapped, runner.get_inference_policy(device=agent_cfg.device), args.episodes)
     finally:
@@ -78,7 +78,7 @@ def main() -> int:
     summary = result.summary()
     show(" ".join([args.task, *args.perturb]), checkpoint, summary)
     if args.json is not None:
-        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": agent_cfg.seed, "perturb": args.perturb}
+        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": env_cfg.seed, "perturb": args.perturb}
         content |= summary
         write_atomically(args.json, (json.dumps(content, indent=2) + "\n").encode())
         print(f"written: {args.json}")

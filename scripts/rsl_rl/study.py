@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parent
 
 
 def parse():
-    parser = cli.Parser(__doc__)
+    parser = cli.Parser(__doc__, multirun=False)  # a variant is a task in quotes
     tasks = ["Lift-Cube-Franka", "Lift-Cube-Franka-CL"]
     parser.add_argument("--tasks", nargs="+", default=tasks, help="TASK, or 'LABEL=TASK from=LABEL@N override ...'")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3], help="seeds of the trainings")

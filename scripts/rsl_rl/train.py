@@ -101,14 +101,15 @@ def main() -> int:
         use_one_torch_thread()
 
     with distributed.group(place, agent_cfg.device):
-        run_dir = distributed.from_main(runs.new_run_dir(agent_cfg))
+        run_dir = distributed.from_main(runs.new_run_dir(agent_cfg) if place.is_main else None)
         env_cfg.log_dir = str(run_dir)
         if place.is_distributed:
             seeds = distributed.from_main((env_cfg.seed, agent_cfg.seed))
             env_cfg.seed, agent_cfg.seed = (None if seed is None else seed + place.rank for seed in seeds)
         fingerprint = runs.fingerprint(env_cfg, agent_cfg)
-        env = gym.make(args.task, cfg=env_cfg)
+        env = None
         try:
+            env = gym.make(args.task, cfg=env_cfg)
             env = film_training(env, args, run_dir, say)
             wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
             plain = to_rsl_rl(agent_cfg, wrapped.get_observations().keys())
@@ -130,7 +131,9 @@ def main() -> int:
             end = "finished" if finished else "ended early"
             say(f"{end} after {done} iterations: {run_dir / f'model_{done}.pt'}")
         finally:
-            env.close()
+            if env is not None:
+                env.close()
+            runs.discard_if_empty(run_dir)
             launcher.app.close()
     return 0
 

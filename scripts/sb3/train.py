@@ -44,6 +44,7 @@ def main() -> int:
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
+    from lift_lab_tasks.utils.runs import discard_if_empty
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -57,8 +58,9 @@ def main() -> int:
 
     run_dir = new_folder(LOGS / (args.experiment_name or task_folder(args.task)), args.run_name or "")
     env_cfg.log_dir = str(run_dir)
-    env = gym.make(args.task, cfg=env_cfg)
+    env = None
     try:
+        env = gym.make(args.task, cfg=env_cfg)
         print(env.unwrapped)
         env = film_training(env, args, run_dir)
         wrapped = Sb3VecEnvWrapper(env, fast_variant=not args.keep_all_info)
@@ -73,7 +75,9 @@ def main() -> int:
         save(agent, vec_env, run_dir / "model.zip")
         print(f"{ended} after {agent.num_timesteps} samples: {run_dir / 'model.zip'}")
     finally:
-        env.close()
+        if env is not None:
+            env.close()
+        discard_if_empty(run_dir)
         launcher.app.close()
     return 0
 

@@ -38,6 +38,7 @@ def main() -> int:
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
+    from lift_lab_tasks.utils.runs import discard_if_empty
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -56,8 +57,9 @@ def main() -> int:
     run_dir = new_folder(parent, agent_cfg["agent"]["class"].lower(), "torch", name)
     experiment["directory"], experiment["experiment_name"] = str(run_dir.parent), run_dir.name
     env_cfg.log_dir = str(run_dir)
-    env = gym.make(args.task, cfg=env_cfg)
+    env = None
     try:
+        env = gym.make(args.task, cfg=env_cfg)
         print(env.unwrapped)
         env = film_training(env, args, run_dir)
         runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
@@ -74,7 +76,9 @@ def main() -> int:
         runner.agent.save(str(last))
         print(f"{ended} after {steps} environment steps: {last}")
     finally:
-        env.close()
+        if env is not None:
+            env.close()
+        discard_if_empty(run_dir)
         launcher.app.close()
     return 0
 

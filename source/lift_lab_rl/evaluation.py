@@ -180,6 +180,8 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     with torch.inference_mode():
         while left:
             obs, rewards, dones, extras = env.step(policy(obs))
+            if hasattr(policy, "reset"):  # the memory of a recurrent one
+                policy.reset(dones)
             returns += rewards
             lengths += 1
             ids = dones.nonzero().flatten()

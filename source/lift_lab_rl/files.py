@@ -64,7 +64,7 @@ def load_torch(path: str | Path, map_location: str | None = "cpu") -> Any:
         raise FileError(f"no file '{path}'")
     try:
         return torch.load(path, map_location=map_location, weights_only=True)
-    except (RuntimeError, EOFError, OSError, ValueError, KeyError, pickle.UnpicklingError) as error:
+    except (RuntimeError, EOFError, OSError, ValueError, LookupError, TypeError, pickle.UnpicklingError) as error:
         reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise FileError(f"cannot read '{path}': {reason[:160]}") from error
 

@@ -47,7 +47,7 @@ class PointEnv(VecEnv):
         steps: steps taken.
     """
 
-    num_actions, max_episode_length, device = 1, 20, "cpu"
+    num_actions, max_episode_length, device, step_dt = 1, 20, "cpu", 0.02
 
     def __init__(self, num_envs=32, on_step=None):
         """Start at random places.

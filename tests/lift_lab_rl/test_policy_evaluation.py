@@ -55,6 +55,20 @@ def test_short_episodes_count_no_more_than_long_ones():
     assert result.summary()["ends"] == {"drop": 2, "time_out": 2}
 
 
+def test_a_policy_with_a_memory_forgets_at_the_end_of_an_episode():
+    env, forgotten = CountingEnv(lengths=[2, 4], wins=[0, 0]), []
+
+    class Policy:
+        def __call__(self, obs):
+            return None
+
+        def reset(self, dones):
+            forgotten.append(dones.tolist())
+
+    evaluate(env, Policy(), 2)
+    assert forgotten == [[0, 0], [1, 0], [0, 0], [1, 1]]
+
+
 def test_success_at_the_last_step_and_in_the_middle_both_count():
     env = CountingEnv(lengths=[6, 6, 6], wins=[6, 2, 0])
     result = evaluate(env, lambda obs: None, 3)

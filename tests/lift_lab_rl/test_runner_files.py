@@ -17,6 +17,7 @@ from lift_lab_rl.rsl_rl import (
     LiftLabRunner,
     RslRlPpoActorCriticCfg,
     RslRlPpoActorCriticRecurrentCfg,
+    RslRlRndCfg,
     export_policy_as_jit,
     export_policy_as_onnx,
     to_rsl_rl,
@@ -247,12 +248,72 @@ def test_recurrent_networks_carry_their_layers():
     [
         ({"class_name": "OnPolicyRuner"}, "did you mean 'OnPolicyRunner'"),
         ({"obs_groups": {"policy": ["polcy"]}}, "no observation group 'polcy'; did you mean 'policy'"),
+        ({"obs_groups": {"polcy": ["policy"]}}, "no network takes 'polcy'; did you mean 'policy'"),
+        ({"algorithm.schedule": "adaptve"}, "no schedule 'adaptve'; did you mean 'adaptive'"),
+        ({"algorithm.num_mini_batches": 0}, "agent.algorithm.num_mini_batches is 0; it must be at least 1"),
+        ({"policy.activation": "eluu"}, "agent.policy.activation: Invalid activation function 'eluu'"),
+        ({"save_interval": 0}, "agent.save_interval is 0; it must be at least 1"),
     ],
 )
 def test_wrong_names_in_the_agent_are_answered_with_the_nearest(change, message):
-    cfg = AgentCfg(**change)
+    cfg = AgentCfg()
+    for path, value in change.items():
+        *owner, name = path.split(".")
+        setattr(getattr(cfg, owner[0]) if owner else cfg, name, value)
     with pytest.raises(ConfigError, match=message):
         to_rsl_rl(cfg)
+
+
+@pytest.mark.parametrize(("per_batch", "enough"), [(False, 256), (True, 128)])
+def test_more_minibatches_than_samples_are_refused(per_batch, enough):
+    """32 environments of 8 steps; a deviation needs two samples."""
+    cfg = AgentCfg()
+    cfg.algorithm.normalize_advantage_per_mini_batch = per_batch
+    cfg.algorithm.num_mini_batches = enough + 1
+    with pytest.raises(ConfigError, match=f"has 256 samples, enough for {enough}"):
+        LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    cfg.algorithm.num_mini_batches = enough
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    runner.learn(1)
+    assert all(torch.isfinite(p).all() for p in runner.alg._params)
+
+
+def test_a_fixed_learning_rate_is_the_configurations_also_after_loading(tmp_path):
+    cfg = AgentCfg()
+    cfg.algorithm.schedule = "fixed"
+    train(tmp_path, cfg=cfg)
+    cfg.algorithm.learning_rate = 1e-5
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    runner.load(str(tmp_path / "model_4.pt"))
+    assert runner.alg.learning_rate == runner.alg.optimizer.param_groups[0]["lr"] == 1e-5
+
+
+@pytest.mark.parametrize("kind", ["gru", "lstm"])
+def test_the_memory_of_recurrent_networks_continues_with_the_episodes(tmp_path, kind):
+    cfg = AgentCfg()
+    settings = {k: v for k, v in vars(cfg.policy).items() if k != "class_name"}
+    cfg.policy = RslRlPpoActorCriticRecurrentCfg(**settings, rnn_type=kind, rnn_hidden_dim=6, rnn_num_layers=1)
+    before, _ = train(tmp_path, cfg=cfg)
+    after = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    after.load(str(tmp_path / "model_4.pt"))
+    assert "continuing the episodes" in after.load_resume_state(tmp_path / "model_4.pt")
+    for network in ("_raw_actor", "_raw_critic"):
+        ours, theirs = (getattr(runner.alg, network).get_hidden_state() for runner in (after, before))
+        pairs = zip(ours, theirs, strict=True) if kind == "lstm" else [(ours, theirs)]
+        assert all(torch.equal(a, b) and b.any() for a, b in pairs)
+    assert after.learn(1)
+
+
+def test_the_schedule_of_curiosity_continues_where_it_was(tmp_path):
+    cfg = AgentCfg()
+    schedule = RslRlRndCfg.LinearWeightScheduleCfg(initial_step=0, final_step=100, final_value=0.0)
+    cfg.algorithm.rnd_cfg = RslRlRndCfg(weight=1.0, weight_schedule=schedule, num_outputs=4)
+    cfg.obs_groups = {"policy": ["policy"], "rnd_state": ["policy"]}
+    before, _ = train(tmp_path, cfg=cfg)
+    after = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    after.load(str(tmp_path / "model_4.pt"))
+    assert after.alg.rnd.update_counter == before.alg.rnd.update_counter == 32
+    assert after.alg.rnd.weight == before.alg.rnd.weight < 0.02  # of a step of 0.02 s
 
 
 def test_missing_agent_settings_are_listed_by_path():
@@ -346,6 +407,16 @@ def test_without_final_values_nothing_is_annealed():
     plain = to_rsl_rl(AgentCfg())
     assert plain["annealing"]["values"] == {}
     assert not {"entropy_coef_final", "desired_kl_final", "anneal_iterations"} & set(plain["algorithm"])
+
+
+def test_a_span_of_no_length_is_a_jump():
+    cfg = AgentCfg()
+    cfg.algorithm.entropy_coef_final = 0.0
+    cfg.algorithm.anneal_iterations = (2, 2)
+    used = []
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    runner.learn(4, on_iteration=lambda _: used.append(runner.alg.entropy_coef))
+    assert used == [0.006, 0.006, 0.0, 0.0]
 
 
 def test_a_span_that_ends_before_it_begins_is_refused():

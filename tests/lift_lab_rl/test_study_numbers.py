@@ -61,6 +61,14 @@ def test_a_bootstrap_interval_of_many_values_is_the_normal_one():
 # -- curves
 
 
+def test_a_place_may_have_an_equals_sign_in_its_name(tmp_path):
+    place = tmp_path / "lr=1" / "study"
+    _write(place / "2026-01-01_00-00-00_x-s7", {REWARD: [1, 2]}, seed=7, run_name="x-s7")
+    (plain,), (named,) = find_runs([place]), find_runs([f"mine={place}"])
+    assert named.label == "mine"
+    assert plain.label != "mine"
+
+
 def test_a_continued_run_is_one_curve_and_what_was_done_again_counts(tmp_path):
     _write(tmp_path / "2026-01-01_00-00-00_x-s7", {REWARD: [1, 2, 3, 4]}, seed=7, run_name="x-s7")
     _write(tmp_path / "2026-01-01_01-00-00_x-s7", {REWARD: [30, 40, 50]}, first=3, seed=7, run_name="x-s7")

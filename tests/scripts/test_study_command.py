@@ -74,6 +74,7 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
         (["--tasks", "Lift-Cube-Franka from=Lift-Cube-Franka-CM@2", "Lift-Cube-Franka-CL"], "did you mean 'Lift-Cube-"),
         (["--seeds", "1", "1", "env.scene.num_envs=8"], "seed '1' is given twice"),
         (["--seed", "1"], "did you mean --seeds"),
+        (["-m", "agent.algorithm.gamma=0.98,0.99"], "unknown flag '-m'"),
     ],
 )
 def test_a_mistake_ends_the_study_before_its_first_training(study, tmp_path, flags, message):

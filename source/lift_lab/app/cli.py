@@ -18,12 +18,14 @@ USAGE_ERROR = 2
 class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line, and that takes ``key=value`` overrides after its flags."""
 
-    def __init__(self, description: str | None, overrides: bool = True):
+    def __init__(self, description: str | None, overrides: bool = True, multirun: bool | None = None):
         """Make an empty parser.
 
         Args:
             description: what the script does.
             overrides: whether the script takes overrides.
+            multirun: whether it can be run once for each combination of the values that these list; None if it takes
+                overrides.
         """
         epilog = (
             "Everything else is an override of the task's configuration in hydra's grammar, e.g. "
@@ -32,7 +34,8 @@ class Parser(argparse.ArgumentParser):
         first = (description or "").strip().partition("\n\n")[0]
         super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
         self.takes_overrides = overrides
-        if overrides:
+        self.takes_multirun = overrides if multirun is None else multirun
+        if self.takes_multirun:
             text = "run once for each combination of the values that overrides list, as gamma=0.98,0.99"
             self.add_argument("-m", "--multirun", action="store_true", help=text)
 
@@ -51,7 +54,7 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown flag '{flags[0]}'; {self._nearest_flag(flags[0])}")
         if rest and not self.takes_overrides:
             self.error(f"unexpected argument '{rest[0]}'")
-        if self.takes_overrides and args.multirun:
+        if self.takes_multirun and args.multirun:
             from .multirun import run_each
 
             raise SystemExit(run_each([sys.argv[0], *(sys.argv[1:] if argv is None else argv)], rest))
@@ -82,6 +85,8 @@ def run(main: Callable[[], int | None]) -> None:
     except Exception as error:
         from lift_lab.utils.errors import LiftLabError
 
+        if isinstance(error, OSError) and error.filename is not None and not isinstance(error, LiftLabError):
+            error = LiftLabError(f"{error.strerror}: '{error.filename}'")
         if not isinstance(error, LiftLabError):
             raise
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)

@@ -203,11 +203,12 @@ def render_view(env: ManagerBasedEnv) -> RenderView:
 
 def update_markers(env: Any) -> None:
     """Move the markers of commands, actions and sensors to the current state."""
-    for name in ("command_manager", "action_manager"):
-        if hasattr(env, name):
-            getattr(env, name).update_debug_vis()
-    for sensor in env.scene.sensors.values():
-        sensor.update_debug_vis()
+    with env.sim.as_current():  # terms make their markers in the current simulation
+        for name in ("command_manager", "action_manager"):
+            if hasattr(env, name):
+                getattr(env, name).update_debug_vis()
+        for sensor in env.scene.sensors.values():
+            sensor.update_debug_vis()
 
 
 def _half_cell(offsets: torch.Tensor, chosen: torch.Tensor) -> float:

@@ -12,6 +12,7 @@ from lift_lab.managers import ActionManager, EventManager, ObservationManager, R
 from lift_lab.scene import InteractiveScene
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.ignored import note_ignored, report_ignored
+from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.seed import configure_seed
 
@@ -225,7 +226,7 @@ class ManagerBasedEnv:
         Returns:
             Observations and extras.
         """
-        self.action_manager.process_action(action.to(self.device))
+        self.action_manager.process_action(action.detach().to(self.device))
         self.recorder_manager.record_pre_step()
         self._step_physics()
         if "interval" in self.event_manager.available_modes:
@@ -308,4 +309,4 @@ class ManagerBasedEnv:
     def _as_ids(self, env_ids: Sequence[int] | torch.Tensor | None) -> torch.Tensor:
         if env_ids is None:
             return torch.arange(self.num_envs, device=self.device)
-        return torch.as_tensor(env_ids, dtype=torch.long, device=self.device)
+        return ids_tensor(env_ids, torch.device(self.device))

@@ -153,7 +153,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         Returns:
             Observations, rewards, terminated, truncated and extras.
         """
-        self.action_manager.process_action(action.to(self.device))
+        self.action_manager.process_action(action.detach().to(self.device))
         self.recorder_manager.record_pre_step()
         self._failed = None
         self._step_physics()

@@ -139,7 +139,8 @@ class ObservationManager(ManagerBase):
                 func = copy.deepcopy(modifier.func) if preview else modifier.func
                 value = func(value, **modifier.params)
             if isinstance(noise, NoiseModelCfg):
-                value = noise.func(value)  # type: ignore[misc]
+                model = copy.deepcopy(noise.func) if preview else noise.func
+                value = model(value)  # type: ignore[misc]
             elif noise is not None:
                 value = noise.func(value, noise)
         if cfg.clip is not None:

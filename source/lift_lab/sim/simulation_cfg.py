@@ -114,7 +114,8 @@ class SimulationCfg:
     physx: PhysxCfg = PhysxCfg()
     """PhysX settings: accepted and reported as ignored."""
     physics_material: RigidBodyMaterialCfg = RigidBodyMaterialCfg()
-    """Material of shapes that bring none. Used for ground planes and shape spawners."""
+    """Isaac Lab's material of shapes that bring none: accepted and reported as ignored. Here those have MuJoCo's
+    friction of 1, ground planes that of their own material."""
     render: RenderCfg = RenderCfg()
     """Renderer settings: accepted and reported as ignored."""
     create_stage_in_memory: bool = False

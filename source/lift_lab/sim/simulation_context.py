@@ -6,6 +6,8 @@ lets the scene find its indices. Everything above reads and writes the engine th
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import mujoco
@@ -103,6 +105,15 @@ class SimulationContext:
         """Close and forget the newest simulation."""
         if cls._current is not None:
             cls._current.close()
+
+    @contextmanager
+    def as_current(self) -> Iterator[None]:
+        """While this lasts, :meth:`instance` is this simulation; then it is again the one that it was."""
+        before, SimulationContext._current = SimulationContext._current, self
+        try:
+            yield
+        finally:
+            SimulationContext._current = before
 
     @property
     def device(self) -> str:
@@ -250,6 +261,7 @@ class SimulationContext:
             ("save_logs_to_file", "logging is Python's"),
             ("log_dir", "logging is Python's"),
             ("logging_level", "logging is Python's"),
+            ("physics_material", "a shape without a material has MuJoCo's friction of 1; set its spawner's own"),
         ):
             if getattr(self.cfg, field) != getattr(default, field):
                 note_ignored(f"sim.{field}", reason)

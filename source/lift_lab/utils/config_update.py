@@ -35,10 +35,10 @@ _NO = object()  # "does not fit"
 def update_class_from_dict(obj: Any, data: Mapping[str, Any], _ns: str = "") -> None:
     """Set values of a configuration in place from a nested dictionary.
 
-    An int is taken for a float, ``"module:name"`` for a callable, anything for a None whose annotation is more than plain
-    types, a list for a tuple,
-    ``"slice(a,b,c)"`` for a slice, and ``"???"`` for ``MISSING``. A list replaces a list; one that holds dictionaries
-    updates the configurations of a list of the same length. Keys may be added to an empty dictionary only.
+    An int is taken for a float, ``"module:name"`` for a callable, a list for a tuple, ``"slice(a,b,c)"`` for a slice,
+    ``"???"`` for ``MISSING``, and anything for a None whose annotation is more than plain types. A list replaces a
+    list; one that holds dictionaries updates the configurations of a list of the same length. Keys may be added to an
+    empty dictionary only.
 
     Args:
         obj: a configuration or a dictionary.

@@ -8,6 +8,8 @@ import random
 import numpy as np
 import torch
 
+from .errors import ConfigError
+
 
 def configure_seed(seed: int | None, torch_deterministic: bool = False) -> int:
     """Seed ``random``, numpy and torch (all devices).
@@ -18,9 +20,15 @@ def configure_seed(seed: int | None, torch_deterministic: bool = False) -> int:
 
     Returns:
         The seed.
+
+    Raises:
+        ConfigError: the seed is outside of what numpy takes.
     """
     if seed is None or seed == -1:
         seed = 42 if torch_deterministic else random.randint(0, 10000)
+    seed = int(seed)
+    if not 0 <= seed < 2**32:
+        raise ConfigError(f"seed {seed} is not within [0, {2**32 - 1}]; -1 draws one")
     random.seed(seed)
     np.random.seed(seed)  # noqa: NPY002
     torch.manual_seed(seed)

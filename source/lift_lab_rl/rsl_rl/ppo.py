@@ -75,7 +75,7 @@ class PiecewisePPO(PPO):
 
         Raises:
             ConfigError: ``mean_reg_coef`` is negative, or not zero with networks or extensions that go through
-                rsl_rl's own update; ``advantage_clip`` is not above zero.
+                rsl_rl's own update; ``advantage_clip`` is not above zero; there are more minibatches than samples.
         """
         super().__init__(actor, critic, storage, **kwargs)
         on_cpu = torch.device(self.device).type == "cpu"
@@ -91,6 +91,15 @@ class PiecewisePPO(PPO):
             self._passes = {id(model): NetworkPasses(model.mlp) for model in (self._raw_actor, self._raw_critic)}
             self._policy_sums: list[GradientSums] = []
             self._value_sums: list[GradientSums] = []
+        samples, least = storage.num_envs * storage.num_transitions_per_env, 1
+        if self.normalize_advantage_per_mini_batch:
+            least = 2  # of one sample there is no deviation
+        if samples < least * self.num_mini_batches:
+            raise ConfigError(
+                f"agent.algorithm.num_mini_batches is {self.num_mini_batches}: a rollout of {storage.num_envs} "
+                f"environments and {storage.num_transitions_per_env} steps has {samples} samples, "
+                f"enough for {samples // least}"
+            )
         if not 0.0 <= mean_reg_coef < math.inf:
             raise ConfigError(f"agent.algorithm.mean_reg_coef is {mean_reg_coef}; it must be at least 0")
         if mean_reg_coef and not self._plain:

@@ -86,7 +86,7 @@ class RslRlPpoAlgorithmCfg:
     learning_rate: float = MISSING
     """Learning rate, at the start if the schedule adapts it."""
 
-    schedule: str = MISSING
+    schedule: Literal["adaptive", "fixed"] = MISSING
     """``adaptive`` keeps the policy's divergence in an update near ``desired_kl``; ``fixed``."""
 
     gamma: float = MISSING

@@ -226,7 +226,7 @@ class LiftLabRunner(OnPolicyRunner):
         """Set what changes as training goes on for the running iteration."""
         start, end = self.cfg["annealing"]["iterations"]
         done = self.current_learning_iteration
-        share = 1.0 if done >= end else max(0, done - start) / (end - start)
+        share = 1.0 if done >= end else max(0, done - start) / max(1, end - start)
         for name, (initial, final) in self.cfg["annealing"]["values"].items():
             setattr(self.alg, name, initial + (final - initial) * share)
         clip, clip_start = self.cfg["annealing"]["advantage_clip"]
@@ -292,6 +292,8 @@ class LiftLabRunner(OnPolicyRunner):
             content[AVERAGE] = self.average.state_dict()
         content["iter"] = self.current_learning_iteration
         content["infos"] = {"env_state": counters(env), **(infos or {})}
+        if self.alg.rnd:
+            content["infos"]["rnd"] = {"update_counter": self.alg.rnd.update_counter, "weight": self.alg.rnd.weight}
         save_torch(path, canonical(content))
 
     def resume_state(self) -> dict[str, Any]:
@@ -304,8 +306,13 @@ class LiftLabRunner(OnPolicyRunner):
             "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
             "logger": self.logger.state_dict(),
             "rng": rng_state(),
+            "memory": [_on_cpu(network.get_hidden_state()) for network in self._networks()],
             **self._best.state_dict(),
         }
+
+    def _networks(self) -> list[Any]:
+        alg: Any = self.alg
+        return [alg._raw_actor, alg._raw_critic]
 
     def load(
         self, path: str, load_cfg: dict | None = None, strict: bool = True, map_location: str | None = None
@@ -327,6 +334,10 @@ class LiftLabRunner(OnPolicyRunner):
         """
         content = load_torch(path, map_location=map_location or self.device)
         with_iteration = self._load_networks(path, content, load_cfg, strict)
+        if self.alg.schedule == "fixed":  # an adapted rate is part of the state, a fixed one is a setting
+            self.alg.learning_rate = self.cfg["algorithm"]["learning_rate"]
+            for group in self.alg.optimizer.param_groups:
+                group["lr"] = self.alg.learning_rate
         if with_iteration:
             self.current_learning_iteration = content["iter"]
         if self.average is not None:
@@ -366,6 +377,9 @@ class LiftLabRunner(OnPolicyRunner):
         env = manager_env(self.env)
         if env is not None:
             load_counters(env, infos.get("env_state", {}))
+        if self.alg.rnd:
+            for name, value in infos.get("rnd", {}).items():
+                setattr(self.alg.rnd, name, value)
         return infos
 
     def load_resume_state(self, checkpoint: str | Path) -> str:
@@ -393,6 +407,9 @@ class LiftLabRunner(OnPolicyRunner):
         if restore is not None:
             restore({key: value.to(self.env.device) for key, value in state["obs"].items()})
         self.logger.load_state_dict(state["logger"])
+        for network, memory in zip(self._networks(), state.get("memory", ()), strict=False):
+            if memory is not None:
+                network.reset(hidden_state=_to(memory, self.device))
         self._best.load_state_dict(state)
         self._adopt_best(Path(checkpoint).with_name(BEST))
         load_rng_state(state["rng"])
@@ -405,3 +422,14 @@ class LiftLabRunner(OnPolicyRunner):
             return
         if checkpoint_iteration(path) <= self.current_learning_iteration:
             write_atomically(self.log_dir / path.name, path.read_bytes())
+
+
+def _on_cpu(memory: Any) -> Any:
+    """A recurrent network's memory, to keep: None, a tensor, or a tuple of tensors."""
+    return _to(memory, "cpu", copy=True)
+
+
+def _to(memory: Any, device: str, copy: bool = False) -> Any:
+    if isinstance(memory, (tuple, list)):
+        return tuple(_to(part, device, copy) for part in memory)
+    return None if memory is None else memory.detach().to(device, copy=copy)

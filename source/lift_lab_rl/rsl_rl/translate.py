@@ -10,11 +10,15 @@ from collections.abc import Iterable
 from typing import Any
 
 import torch
+from rsl_rl.utils import resolve_nn_activation
 
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
 from .wandb_writer import require_logger
+
+_OBS_SETS = ("actor", "critic", "rnd_state")
+"""What rsl_rl's on-policy runner takes groups of observations for."""
 
 PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
 WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
@@ -47,6 +51,9 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
     if not 0.0 <= cfg.average_share < 1.0:
         raise ConfigError(f"agent.average_share: expected 0 <= share < 1, got {cfg.average_share}")
+    for name in ("save_interval", "num_steps_per_env"):
+        if getattr(cfg, name) < 1:
+            raise ConfigError(f"agent.{name} is {getattr(cfg, name)}; it must be at least 1")
     plain["annealing"] = _annealing(plain["algorithm"])
     plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
     plain["logger"] = _logger(cfg)
@@ -60,6 +67,10 @@ def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tu
         raise ConfigError(
             f"agent.policy.class_name: no networks '{policy.class_name}'; {suggest(policy.class_name, names)}"
         )
+    try:
+        resolve_nn_activation(policy.activation)
+    except ValueError as error:
+        raise ConfigError(f"agent.policy.activation: {error}") from error
     common: dict[str, Any] = {"class_name": names[policy.class_name], "activation": policy.activation}
     if isinstance(policy, RslRlPpoActorCriticRecurrentCfg):
         common |= {key: getattr(policy, key) for key in ("rnn_type", "rnn_hidden_dim", "rnn_num_layers")}
@@ -94,6 +105,8 @@ def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, lis
     resolved.setdefault("actor", ["policy"])
     resolved.setdefault("critic", ["critic"] if "critic" in names else list(resolved["actor"]))
     for key, value in resolved.items():
+        if key not in _OBS_SETS:
+            raise ConfigError(f"agent.obs_groups: no network takes '{key}'; {suggest(key, ['policy', *_OBS_SETS])}")
         for name in value:
             if name not in names:
                 raise ConfigError(
@@ -125,6 +138,12 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
 
 
 def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:
+    if algorithm["schedule"] not in ("adaptive", "fixed"):
+        hint = suggest(algorithm["schedule"], ["adaptive", "fixed"])
+        raise ConfigError(f"agent.algorithm.schedule: no schedule '{algorithm['schedule']}'; {hint}")
+    for name in ("num_learning_epochs", "num_mini_batches"):
+        if algorithm[name] < 1:
+            raise ConfigError(f"agent.algorithm.{name} is {algorithm[name]}; it must be at least 1")
     if algorithm["class_name"] == "PPO":
         return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
     owner = algorithm["class_name"]

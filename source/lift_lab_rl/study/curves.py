@@ -136,7 +136,9 @@ def find_runs(places: Iterable[str | Path]) -> list[TrainingRun]:
     """
     pieces = []
     for place in places:
-        label, equals, path = str(place).rpartition("=")
+        label, equals, path = ("", "", str(place)) if Path(place).is_dir() else str(place).partition("=")
+        if not equals:
+            path = str(place)
         folder = Path(path)
         found = sorted({events.parent for events in folder.glob("**/events.out.tfevents.*")})
         if not found:

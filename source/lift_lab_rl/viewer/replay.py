@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from lift_lab.envs.filming import update_markers
 from lift_lab.visualizers import BodyLayer, MarkerLayer, open_server
 from lift_lab_rl.files import write_atomically
 
@@ -57,13 +58,6 @@ def record_replay(env: Any, policy: ViewedPolicy, path: Path, steps: int) -> int
             server.stop()
     write_atomically(path, page)
     return len(page)
-
-
-def update_markers(env: Any) -> None:
-    """Move the markers of commands and sensors to the current state."""
-    env.command_manager.update_debug_vis()
-    for sensor in env.scene.sensors.values():
-        sensor.update_debug_vis()
 
 
 def look_at(server: Any, bodies: BodyLayer, env_origins_w: torch.Tensor, env_id: int) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import torch
 
+from lift_lab.envs.filming import update_markers
 from lift_lab.utils.errors import LiftLabError
 from lift_lab.visualizers import BodyLayer, MarkerLayer
 
@@ -15,7 +16,7 @@ from . import tables
 from .goals import GoalControl
 from .panel import Panel
 from .policies import CheckpointPolicy, ViewedPolicy
-from .replay import look_at, update_markers, viewpoint
+from .replay import look_at, viewpoint
 from .success import SuccessCounter
 
 MAX_DRAWS_PER_S = 60.0

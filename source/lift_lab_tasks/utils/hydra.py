@@ -1,8 +1,9 @@
 """Changing a task's configuration from a command line, in hydra's grammar.
 
 Overrides are ``env.<path>=<value>`` and ``agent.<path>=<value>`` for any entry (of a list of configurations by its
-number, as in ``target_frames.0``), ``env.<path>=null`` to leave a term out, ``+env.<path>=<value>`` and ``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a
-preset that the task was registered with::
+number, as in ``target_frames.0``), ``env.<path>=null`` to leave a term out, ``+env.<path>=<value>`` and
+``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a preset that the task was
+registered with::
 
     kwargs={..., "presets": {"env.curriculum": {"step": "module:StepCfg", "linear": "module:LinearCfg"}}}
 

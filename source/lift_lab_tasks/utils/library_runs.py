@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from lift_lab.utils.errors import ConfigError, FileError
 
 from .parse_cfg import get_checkpoint_path, names_path
-from .runs import apply_flags
+from .runs import apply_flags, make_run_dir
 
 
 def task_folder(task: str) -> str:
@@ -19,19 +19,17 @@ def task_folder(task: str) -> str:
 
 
 def new_folder(parent: Path, *parts: str) -> Path:
-    """A folder name for a run that starts now: time, then ``parts`` that are not empty. Not made yet.
+    """A new, empty folder for a run that starts now: time, then ``parts`` that are not empty.
 
     Args:
         parent: folder of the experiment's runs.
         *parts: what else is in the name.
+
+    Raises:
+        ConfigError: a part that cannot be part of a folder's name.
+        FileError: the folder cannot be made.
     """
-    name = "_".join([time.strftime("%Y-%m-%d_%H-%M-%S"), *(part for part in parts if part)])
-    folder = parent.absolute() / name
-    number = 1
-    while folder.exists():
-        number += 1
-        folder = folder.with_name(f"{name}-{number}")
-    return folder
+    return make_run_dir(parent.absolute(), *parts)
 
 
 def model_file(path: str) -> Path:
@@ -52,7 +50,7 @@ def find_model(parent: Path, wanted: str | None, run: str | None, *patterns: str
         parent: folder of the experiment's runs.
         wanted: path of a file; a regular expression of file names; None for what matches ``patterns``.
         run: regular expression of the run's folder name; None for all.
-        *patterns: regular expressions of file names, the first that some run has is taken.
+        *patterns: regular expressions of file names; of the newest run that has any, the first that it has is taken.
         folder: folder between a run and its checkpoints.
 
     Raises:
@@ -63,12 +61,15 @@ def find_model(parent: Path, wanted: str | None, run: str | None, *patterns: str
             return model_file(wanted)
         patterns = (wanted,)
     others = [folder] if folder else None
+    any_of_them = "|".join(f"(?:{pattern})" for pattern in patterns)
+    newest = Path(get_checkpoint_path(parent.absolute(), run or ".*", any_of_them, others)).parent
+    newest = newest.parent if folder else newest
     for pattern in patterns[:-1]:
         try:
-            return Path(get_checkpoint_path(parent.absolute(), run or ".*", pattern, others))
+            return Path(get_checkpoint_path(newest.parent, re.escape(newest.name), pattern, others))
         except FileError:
             continue
-    return Path(get_checkpoint_path(parent.absolute(), run or ".*", patterns[-1], others))
+    return Path(get_checkpoint_path(newest.parent, re.escape(newest.name), patterns[-1], others))
 
 
 def apply_dict_flags(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import itertools
 import json
 import random
+import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -45,16 +48,44 @@ def experiment_dir(agent_cfg: Any) -> Path:
 
 
 def new_run_dir(agent_cfg: Any) -> Path:
-    """A folder name for a run that starts now: time, then the run's name. Not made yet."""
-    name = time.strftime("%Y-%m-%d_%H-%M-%S")
-    if agent_cfg.run_name:
-        name += f"_{agent_cfg.run_name}"
-    folder = experiment_dir(agent_cfg) / name
-    number = 1
-    while folder.exists():
-        number += 1
-        folder = folder.with_name(f"{name}-{number}")
-    return folder
+    """A new, empty folder for a run that starts now: time, then the run's name.
+
+    Raises:
+        ConfigError: a run's name that is no part of a path.
+        FileError: the folder cannot be made.
+    """
+    return make_run_dir(experiment_dir(agent_cfg), agent_cfg.run_name)
+
+
+def make_run_dir(parent: Path, *parts: str) -> Path:
+    """Make a folder that is named by the time and by those of ``parts`` that are not empty.
+
+    Two runs that start at once get one each.
+
+    Raises:
+        ConfigError: a name that is no part of a path.
+        FileError: the folder cannot be made.
+    """
+    name = "_".join([time.strftime("%Y-%m-%d_%H-%M-%S"), *(part for part in parts if part)])
+    if Path(name).name != name:
+        raise ConfigError(f"'{'_'.join(part for part in parts if part)}' cannot be part of a folder's name")
+    for number in itertools.count(1):
+        folder = parent / (name if number == 1 else f"{name}-{number}")
+        try:
+            folder.mkdir(parents=True)
+            return folder
+        except FileExistsError:
+            if not folder.is_dir():  # a parent of it is a file
+                raise FileError(f"cannot make a folder in '{parent}': it is a file") from None
+        except OSError as error:
+            raise FileError(f"cannot make the folder '{folder}': {error.strerror}") from error
+    raise AssertionError
+
+
+def discard_if_empty(folder: Path) -> None:
+    """Remove the folder of a run that wrote nothing."""
+    with contextlib.suppress(OSError):
+        folder.rmdir()
 
 
 def pretrained_name(task: str) -> str:
@@ -116,7 +147,8 @@ def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None, 
     if path.is_file():
         return path.absolute()
     if path.is_dir():
-        return Path(get_checkpoint_path(path.absolute().parent, path.name, CHECKPOINT))
+        folder = path.resolve()
+        return Path(get_checkpoint_path(folder.parent, re.escape(folder.name), CHECKPOINT))
     if path.parent != Path("."):
         near = path.parent
         while not near.is_dir():

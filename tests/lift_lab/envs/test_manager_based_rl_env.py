@@ -8,6 +8,7 @@ import torch
 import lift_lab.envs.mdp as mdp
 from lift_lab.actuators import DelayedPDActuatorCfg
 from lift_lab.envs import ManagerBasedRLEnv
+from lift_lab.envs.filming import update_markers
 from lift_lab.managers import (
     CommandTerm,
     CommandTermCfg,
@@ -19,6 +20,7 @@ from lift_lab.managers import (
     SceneEntityCfg,
     TerminationTermCfg,
 )
+from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim.ignored import pending_ignored
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
@@ -530,3 +532,56 @@ def test_printing_shows_every_manager(make_env):
     text = str(make_env())
     for manager in ("Event", "Recorder", "Action", "Observation", "Command", "Termination", "Reward", "Curriculum"):
         assert f"{manager}Manager" in text
+
+
+# -- what callers do
+
+
+def test_an_action_with_a_gradient_is_taken_and_lets_none_in(make_env):
+    env = make_env(rewards={"rate": RewardTermCfg(func=mdp.action_rate_l2, weight=-1.0)})
+    obs, _ = env.reset()
+    network = torch.nn.Linear(obs["policy"].shape[1], 2)
+    obs, reward, *_ = env.step(network(obs["policy"]))
+    assert not reward.requires_grad
+    assert not env.reset()[0]["policy"].requires_grad
+    assert not obs["policy"].requires_grad
+
+
+def test_a_mask_is_no_list_of_environments(make_env):
+    env = make_env()
+    env.reset()
+    with pytest.raises(ConfigError, match="ids must be integers"):
+        env.reset(env_ids=torch.tensor([False, False, True]))
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_what_an_interval_event_moved_is_observed_at_once(make_env, physics):
+    """Bodies as joints: the observation after the event is that of a refreshed simulation."""
+
+    def jump(env, env_ids):
+        robot = env.scene["robot"]
+        position = robot.data.joint_pos[env_ids] + 0.5
+        robot.write_joint_state_to_sim(position, torch.zeros_like(position), env_ids=env_ids)
+
+    events = {"jump": EventTermCfg(func=jump, mode="interval", interval_range_s=(0.01, 0.01))}
+    observations = _group(x=ObservationTermCfg(func=lambda env: _elbow_x(env)[:, None]))
+    env = make_env(physics=physics, events=events, observations=observations)
+    env.reset()
+    observed = env.step(_still(env))[0]["policy"].clone()
+    env.sim.forward()
+    env.scene.update(0.0)
+    torch.testing.assert_close(observed[:, 0], _elbow_x(env), atol=1e-6, rtol=0)
+
+
+def test_each_of_two_environments_has_its_own_markers(make_env):
+    cfgs = {"goal": mdp.UniformPoseCommandCfg(asset_name="robot", body_name="lower", resampling_time_range=(1.0, 1.0),
+            debug_vis=True, ranges=mdp.UniformPoseCommandCfg.Ranges(pos_x=(0, 1), pos_y=(0, 1), pos_z=(0, 1),
+            roll=(0, 0), pitch=(0, 0), yaw=(0, 0)))}  # fmt: skip
+    first, second = make_env(commands=cfgs), make_env(commands=cfgs)
+    for env in (first, second):
+        env.reset()
+    update_markers(first)
+    assert len(VisualizationMarkers.of(first.sim)) == 2
+    assert VisualizationMarkers.of(second.sim) == []
+    second.close()
+    update_markers(first)

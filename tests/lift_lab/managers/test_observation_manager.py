@@ -242,6 +242,24 @@ def test_a_preview_is_what_the_next_update_gives_and_leaves_no_trace(env):
         assert torch.equal(twin.compute(update_history=True)["policy"], updated)
 
 
+def test_a_preview_leaves_a_noise_model_with_a_state_where_it_was(env):
+    class Walk(noise_utils.NoiseModel):
+        def __init__(self, *args, **kwargs):
+            super().__init__(*args, **kwargs)
+            self.calls = 0
+
+        def __call__(self, data):
+            self.calls += 1
+            return data + self.calls
+
+    cfg = noise_utils.NoiseModelCfg(class_type=Walk, noise_cfg=noise_utils.ConstantNoiseCfg(bias=0.0))
+    manager = manager_of(env, t=ObservationTermCfg(func=state, noise=cfg), enable_corruption=True)
+    before = manager.compute()["policy"]
+    assert torch.equal(manager.preview()["policy"], before + 1)
+    assert torch.equal(manager.preview()["policy"], before + 1)
+    assert torch.equal(manager.compute()["policy"], before + 1)
+
+
 def test_each_term_is_one_block_of_history(env):
     manager = manager_of(env, a=ObservationTermCfg(func=state, history_length=2), b=ObservationTermCfg(func=single))
     manager.compute(update_history=True)

@@ -157,3 +157,24 @@ def test_physx_values_that_differ_from_their_defaults_are_ignored_aloud():
     cfg.physx.bounce_threshold_velocity = 0.123
     sim_utils.SimulationContext(cfg)
     assert "sim.physx.bounce_threshold_velocity" in pending_ignored()
+
+
+def test_materials_that_have_no_effect_are_reported():
+    report_ignored()
+    sim = sim_utils.SimulationContext(
+        sim_utils.SimulationCfg(device="cpu", physics_material=sim_utils.RigidBodyMaterialCfg(dynamic_friction=1.5))
+    )
+    material = sim_utils.RigidBodyMaterialCfg(restitution=0.9, friction_combine_mode="multiply")
+    for cfg in (
+        sim_utils.SphereCfg(radius=0.1, collision_props=sim_utils.CollisionPropertiesCfg()),
+        sim_utils.GroundPlaneCfg(),
+    ):
+        cfg.physics_material = material
+        cfg.func(f"/World/{type(cfg).__name__}", cfg)
+    noted = pending_ignored()
+    assert "sim.physics_material" in noted
+    for kind in ("SphereCfg", "GroundPlaneCfg"):
+        for name in ("restitution", "friction_combine_mode"):
+            assert f"spawn of /World/{kind}: physics_material.{name}" in noted
+    sim.close()
+    report_ignored()

@@ -269,7 +269,9 @@ def test_a_joint_name_pattern_may_be_a_key():
         "env.actions.gripper_action.open_command_expr={panda_finger_.*:0.03}",
     )
     assert env.scene.robot.init_state.joint_pos["panda_finger_joint.*"] == 0.02
-    assert env.scene.robot.init_state.joint_pos["panda_joint2"] == lift().scene.robot.init_state.joint_pos["panda_joint2"]
+    assert (
+        env.scene.robot.init_state.joint_pos["panda_joint2"] == lift().scene.robot.init_state.joint_pos["panda_joint2"]
+    )
     assert env.actions.gripper_action.open_command_expr == {"panda_finger_.*": 0.03}
 
 

@@ -12,6 +12,7 @@ from lift_lab.utils.errors import ConfigError
 
 from ...ignored import note_ignored
 from ..appearance import apply_appearance
+from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
 
 def spawn_ground_plane(prim_path: str, cfg: GroundPlaneCfg) -> Spawned:
     """Lay a horizontal plane with a checker pattern at the origin (Isaac Lab's ``spawn_ground_plane``)."""
+    note_ignored_material(prim_path, cfg.physics_material)
     spec = mujoco.MjSpec()
     name = prim_path.rsplit("/", 1)[-1]
     color = cfg.color if cfg.color is not None else (0.3, 0.3, 0.3)

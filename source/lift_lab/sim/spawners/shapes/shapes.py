@@ -10,6 +10,7 @@ from lift_lab import usd
 
 from ..appearance import apply_appearance
 from ..materials import RigidBodyMaterialCfg
+from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def _spawn(prim_path: str, cfg: ShapeCfg, gprim: Any, attributes: dict[str, Any]
     if cfg.collision_props is not None:
         UsdPhysics.CollisionAPI.Apply(shape.GetPrim())
         if isinstance(cfg.physics_material, RigidBodyMaterialCfg):
+            note_ignored_material(prim_path, cfg.physics_material)
             material = UsdShade.Material.Define(stage, f"/{name}/{cfg.physics_material_path.lstrip('/')}")
             physics = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
             physics.CreateStaticFrictionAttr(cfg.physics_material.static_friction)
