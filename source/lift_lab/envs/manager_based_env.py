@@ -86,8 +86,8 @@ class ManagerBasedEnv:
         self._sim_step_counter = 0
         self.extras = {}
         self.obs_buf = {}
-        self._create_buffers()
         self.scene = InteractiveScene(self.cfg.scene)
+        self._create_buffers()
         self.event_manager = EventManager(self.cfg.events, self)
         if "prestartup" in self.event_manager.available_modes:
             self.event_manager.apply(mode="prestartup")

@@ -126,6 +126,8 @@ class EventManager(ManagerBase):
             raise ConfigError(f"{owner}: mode must be a string such as 'reset', not {cfg.mode!r}")
         if cfg.mode == "interval" and cfg.interval_range_s is None:
             raise ConfigError(f"{owner}: mode 'interval' needs interval_range_s, the seconds between applications")
+        if cfg.mode == "interval" and not 0.0 <= cfg.interval_range_s[0] <= cfg.interval_range_s[1]:  # type: ignore[index]
+            raise ConfigError(f"{owner}: interval_range_s {cfg.interval_range_s} is no range of seconds")
         if cfg.min_step_count_between_reset < 0:
             raise ConfigError(f"{owner}: min_step_count_between_reset must not be negative")
         if cfg.mode != "reset" and cfg.min_step_count_between_reset > 0:

@@ -78,8 +78,8 @@ class SceneEntityCfg:
         """Turn names into ids, or ids into names. A second call changes nothing.
 
         Raises:
-            ConfigError: the scene has no such entity; the entity has no such parts; a pattern matches
-                nothing or two patterns the same name; names and ids are both given and disagree.
+            ConfigError: the scene has no such entity; the entity has no such parts; an id is beyond them; a pattern
+                matches nothing or two patterns the same name; names and ids are both given and disagree.
         """
         entities = list(scene.keys())
         if self.name not in entities:
@@ -97,6 +97,12 @@ class SceneEntityCfg:
             )
         available: Sequence[str] = getattr(entity, selector.names)
         ids = [ids] if isinstance(ids, int) else ids
+        beyond = [] if isinstance(ids, slice) else [i for i in ids if not -len(available) <= i < len(available)]
+        if beyond:
+            raise ConfigError(
+                f"the entity '{self.name}' has no {selector.ids_field} {beyond}: it has {len(available)}, "
+                + ", ".join(f"{i} = '{name}'" for i, name in enumerate(available[:12]))
+            )
         if names is None:
             setattr(self, selector.ids_field, ids)
             chosen = available[ids] if isinstance(ids, slice) else [available[i] for i in ids]

@@ -140,6 +140,8 @@ def test_modes_need_their_arguments(env):
 def test_wrong_fields_are_refused_with_the_terms_name(env):
     with pytest.raises(ValueError, match=r"term 'a'.*interval_range_s"):
         EventManager({"a": event("interval")}, env)
+    with pytest.raises(ValueError, match=r"term 'a'.*\(2.0, 1.0\) is no range of seconds"):
+        EventManager({"a": event("interval", interval_range_s=(2.0, 1.0))}, env)
     with pytest.raises(ValueError, match=r"term 'a'.*min_step_count_between_reset"):
         EventManager({"a": event("reset", min_step_count_between_reset=-1)}, env)
     with pytest.raises(ValueError, match=r"term 'a'.*mode"):

@@ -3,6 +3,7 @@
 import pytest
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.errors import ConfigError
 
 
 def resolved(env, *args, **kwargs):
@@ -86,3 +87,8 @@ def test_an_unknown_entity_is_reported_with_the_closest_name(env):
 def test_an_entity_without_such_parts_is_named(env):
     with pytest.raises(ValueError, match=r"'object' is a FakeBox.*joint_names"):
         resolved(env, "object", joint_names=["x"])
+
+
+def test_an_id_beyond_the_entitys_parts_is_named(env):
+    with pytest.raises(ConfigError, match=r"'robot' has no joint_ids \[99\]: it has 3, 0 = 'shoulder'"):
+        resolved(env, "robot", joint_ids=[0, 99])
