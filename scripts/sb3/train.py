@@ -43,8 +43,8 @@ def main() -> int:
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
-    from lift_lab_tasks.utils.runs import discard_if_empty
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
+    from lift_lab_tasks.utils.runs import discard_if_empty, make_run_dir
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -56,7 +56,7 @@ def main() -> int:
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
 
-    run_dir = new_folder(LOGS / (args.experiment_name or task_folder(args.task)), args.run_name or "")
+    run_dir = make_run_dir(LOGS / (args.experiment_name or task_folder(args.task)), args.run_name)
     env_cfg.log_dir = str(run_dir)
     env = None
     try:

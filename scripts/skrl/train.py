@@ -37,8 +37,8 @@ def main() -> int:
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, new_folder, task_folder
-    from lift_lab_tasks.utils.runs import discard_if_empty
+    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
+    from lift_lab_tasks.utils.runs import discard_if_empty, make_run_dir
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -54,7 +54,7 @@ def main() -> int:
     experiment = agent_cfg["agent"]["experiment"]
     parent = LOGS / (args.experiment_name or experiment["directory"] or task_folder(args.task))
     name = args.run_name or experiment["experiment_name"]
-    run_dir = new_folder(parent, agent_cfg["agent"]["class"].lower(), "torch", name)
+    run_dir = make_run_dir(parent, agent_cfg["agent"]["class"].lower(), "torch", name)
     experiment["directory"], experiment["experiment_name"] = str(run_dir.parent), run_dir.name
     env_cfg.log_dir = str(run_dir)
     env = None

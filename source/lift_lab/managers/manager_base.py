@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
+from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.dict import class_to_dict
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.string import resolve_matching_names, string_to_callable
@@ -38,7 +39,7 @@ def as_env_id_tensor(env_ids: EnvIds, num_envs: int, device: str | torch.device)
         return env_ids
     if env_ids is None or isinstance(env_ids, slice):
         return torch.arange(num_envs, device=device)[env_ids or slice(None)]
-    return torch.as_tensor(env_ids, dtype=torch.long, device=device)
+    return ids_tensor(env_ids, torch.device(device))
 
 
 def check_arguments(owner: str, func: Callable, params: dict[str, Any], fixed: Sequence[str]) -> None:

@@ -36,6 +36,14 @@ def note_ignored_fields(path: str, cfg: object, reasons: dict[str, str]) -> None
             note_ignored(f"{path}.{name}", reason)
 
 
+def note_changed_fields(path: str, cfg: object, reasons: dict[str, str]) -> None:
+    """Note every field of ``cfg`` that is named in ``reasons`` and differs from its default."""
+    default = type(cfg)()
+    for name, reason in reasons.items():
+        if getattr(cfg, name) != getattr(default, name, None):
+            note_ignored(f"{path}.{name}", reason)
+
+
 def pending_ignored() -> dict[str, str]:
     """Settings noted since the last report: path -> reason."""
     return dict(_pending)

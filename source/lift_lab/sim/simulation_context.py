@@ -15,15 +15,26 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .ignored import note_ignored
+from .ignored import note_changed_fields
 from .physics import make_physics
 from .rendering import FrameRenderer, RenderView
-from .simulation_cfg import MujocoCfg, PhysxCfg, RenderCfg, SimulationCfg
+from .simulation_cfg import MujocoCfg, SimulationCfg
 
 if TYPE_CHECKING:
     import numpy as np
 
     from .physics.base import Physics
+
+
+_IGNORED = {
+    "enable_scene_query_support": "PhysX scene queries",
+    "use_fabric": "Omniverse Fabric",
+    "create_stage_in_memory": "stages are always in memory",
+    "save_logs_to_file": "logging is Python's",
+    "log_dir": "logging is Python's",
+    "logging_level": "logging is Python's",
+    "physics_material": "a shape without a material has MuJoCo's friction of 1; set its spawner's own",
+}
 
 
 class SceneLike(Protocol):
@@ -245,23 +256,10 @@ class SimulationContext:
             SimulationContext._current = None
 
     def _note_ignored(self) -> None:
-        for name, default, reason in (
-            ("physx", PhysxCfg(), "PhysX setting; MuJoCo's are in sim.mujoco"),
-            ("render", RenderCfg(), "Omniverse renderer setting"),
+        for name, reason in (
+            ("physx", "PhysX setting; MuJoCo's are in sim.mujoco"),
+            ("render", "Omniverse renderer setting"),
         ):
             group = getattr(self.cfg, name)
-            for field, value in vars(group).items():
-                if value != getattr(default, field, None):
-                    note_ignored(f"sim.{name}.{field}", reason)
-        default = SimulationCfg()
-        for field, reason in (
-            ("enable_scene_query_support", "PhysX scene queries"),
-            ("use_fabric", "Omniverse Fabric"),
-            ("create_stage_in_memory", "stages are always in memory"),
-            ("save_logs_to_file", "logging is Python's"),
-            ("log_dir", "logging is Python's"),
-            ("logging_level", "logging is Python's"),
-            ("physics_material", "a shape without a material has MuJoCo's friction of 1; set its spawner's own"),
-        ):
-            if getattr(self.cfg, field) != getattr(default, field):
-                note_ignored(f"sim.{field}", reason)
+            note_changed_fields(f"sim.{name}", group, dict.fromkeys(vars(group), reason))
+        note_changed_fields("sim", self.cfg, _IGNORED)

@@ -15,6 +15,7 @@ from lift_lab.usd.deformable import BODY_SCHEMA, MATERIAL_SCHEMA
 from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
 from lift_lab.usd.parse import ParsedStage, applied_schemas, has_schema, value_of
 from lift_lab.usd.report import UsdImportError
+from lift_lab.usd.stage import has_time_samples
 
 _PHYSICS = re.compile(r"^(physics|drive|limit|state|newton|mjc|urdf|physx\w*)(:|$)")
 _CHECKED = re.compile(
@@ -186,7 +187,7 @@ def _numbers(value: object) -> np.ndarray:
 
 def audit_support(parsed: ParsedStage) -> None:
     """Report every authored physics property that the importer does not read."""
-    animated = any(layer.ListAllTimeSamples() for layer in parsed.stage.GetUsedLayers())
+    animated = has_time_samples(parsed.stage)
     for prim in parsed.prims:
         for prop in prim.GetAuthoredProperties():
             name = prop.GetName()

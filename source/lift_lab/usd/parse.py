@@ -176,16 +176,11 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
 
 def _absorb_disabled_bodies(parsed: ParsedStage) -> None:
     """Let a disabled body below an enabled one be part of that, as usd-core's parser has it; others are static."""
-    for path in [path for path, body in parsed.bodies.items() if not body.rigidBodyEnabled]:
-        prim = parsed.prim(path)
-        if UsdGeom.Xformable(prim).GetResetXformStack():
-            continue
-        above = parsed.body_of(prim.GetParent())
-        while above and not parsed.bodies[above].rigidBodyEnabled:
-            parent = parsed.prim(above)
-            above = None if UsdGeom.Xformable(parent).GetResetXformStack() else parsed.body_of(parent.GetParent())
-        if above:
-            del parsed.bodies[path]
+    every = parsed.bodies
+    parsed.bodies = {path: body for path, body in every.items() if body.rigidBodyEnabled}
+    parsed.bodies = {
+        path: body for path, body in every.items() if body.rigidBodyEnabled or parsed.body_of(parsed.prim(path)) is None
+    }
 
 
 def _joint(parsed: ParsedStage, path: str, kind: str, desc: Any) -> Joint | None:

@@ -167,13 +167,18 @@ def _own(prim: Usd.Prim) -> bool:
     return shared
 
 
+def has_time_samples(stage: Usd.Stage) -> bool:
+    """Whether any layer that the stage is composed of animates anything."""
+    return any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers())
+
+
 def _has_default(attribute: Usd.Attribute) -> bool:
     return attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
 
 
 def _take_first_samples(stage: Usd.Stage) -> None:
     """Give attributes that have nothing but time samples the earliest of them as their value."""
-    if not any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
+    if not has_time_samples(stage):
         return
     pending = True
     while pending:

@@ -306,7 +306,7 @@ class LiftLabRunner(OnPolicyRunner):
             "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
             "logger": self.logger.state_dict(),
             "rng": rng_state(),
-            "memory": [_on_cpu(network.get_hidden_state()) for network in self._networks()],
+            "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in self._networks()],
             **self._best.state_dict(),
         }
 
@@ -409,7 +409,7 @@ class LiftLabRunner(OnPolicyRunner):
         self.logger.load_state_dict(state["logger"])
         for network, memory in zip(self._networks(), state.get("memory", ()), strict=False):
             if memory is not None:
-                network.reset(hidden_state=_to(memory, self.device))
+                network.reset(hidden_state=_copied_to(memory, self.device))
         self._best.load_state_dict(state)
         self._adopt_best(Path(checkpoint).with_name(BEST))
         load_rng_state(state["rng"])
@@ -424,12 +424,8 @@ class LiftLabRunner(OnPolicyRunner):
             write_atomically(self.log_dir / path.name, path.read_bytes())
 
 
-def _on_cpu(memory: Any) -> Any:
-    """A recurrent network's memory, to keep: None, a tensor, or a tuple of tensors."""
-    return _to(memory, "cpu", copy=True)
-
-
-def _to(memory: Any, device: str, copy: bool = False) -> Any:
+def _copied_to(memory: Any, device: str) -> Any:
+    """A recurrent network's memory (None, a tensor, or a tuple of tensors), copied to a device."""
     if isinstance(memory, (tuple, list)):
-        return tuple(_to(part, device, copy) for part in memory)
-    return None if memory is None else memory.detach().to(device, copy=copy)
+        return tuple(_copied_to(part, device) for part in memory)
+    return None if memory is None else memory.detach().to(device, copy=True)

@@ -147,8 +147,8 @@ def _for_hydra(cfgs: dict[str, Any], override: Override) -> str:
     text = override.input_line or ""
     if override.type != OverrideType.CHANGE or not isinstance(override.value(), dict):
         return text
-    keys = override.key_or_group.split(".")
-    return f"++{text}" if _get(_find(cfgs, keys[:-1], override.key_or_group), keys[-1]) == {} else text
+    key = override.key_or_group
+    return f"++{text}" if _find(cfgs, key.split("."), key) == {} else text
 
 
 def _parse(text: str) -> Override:

@@ -10,26 +10,12 @@ from typing import Any
 from lift_lab.utils.errors import ConfigError, FileError
 
 from .parse_cfg import get_checkpoint_path, names_path
-from .runs import apply_flags, make_run_dir
+from .runs import apply_flags
 
 
 def task_folder(task: str) -> str:
     """Name of the folder of a task's runs: its id; a task and its ``-Play`` share one."""
     return task.rpartition(":")[2].removesuffix("-Play")
-
-
-def new_folder(parent: Path, *parts: str) -> Path:
-    """A new, empty folder for a run that starts now: time, then ``parts`` that are not empty.
-
-    Args:
-        parent: folder of the experiment's runs.
-        *parts: what else is in the name.
-
-    Raises:
-        ConfigError: a part that cannot be part of a folder's name.
-        FileError: the folder cannot be made.
-    """
-    return make_run_dir(parent.absolute(), *parts)
 
 
 def model_file(path: str) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import itertools
 import json
 import random
 import re
@@ -57,7 +56,7 @@ def new_run_dir(agent_cfg: Any) -> Path:
     return make_run_dir(experiment_dir(agent_cfg), agent_cfg.run_name)
 
 
-def make_run_dir(parent: Path, *parts: str) -> Path:
+def make_run_dir(parent: Path, *parts: str | None) -> Path:
     """Make a folder that is named by the time and by those of ``parts`` that are not empty.
 
     Two runs that start at once get one each.
@@ -66,20 +65,20 @@ def make_run_dir(parent: Path, *parts: str) -> Path:
         ConfigError: a name that is no part of a path.
         FileError: the folder cannot be made.
     """
-    name = "_".join([time.strftime("%Y-%m-%d_%H-%M-%S"), *(part for part in parts if part)])
-    if Path(name).name != name:
-        raise ConfigError(f"'{'_'.join(part for part in parts if part)}' cannot be part of a folder's name")
-    for number in itertools.count(1):
-        folder = parent / (name if number == 1 else f"{name}-{number}")
+    given = "_".join(part for part in parts if part)
+    if Path(given).name != given:
+        raise ConfigError(f"'{given}' cannot be part of a folder's name")
+    name = time.strftime("%Y-%m-%d_%H-%M-%S") + (f"_{given}" if given else "")
+    folder, number = parent.absolute() / name, 1
+    while True:
         try:
             folder.mkdir(parents=True)
             return folder
-        except FileExistsError:
-            if not folder.is_dir():  # a parent of it is a file
-                raise FileError(f"cannot make a folder in '{parent}': it is a file") from None
         except OSError as error:
-            raise FileError(f"cannot make the folder '{folder}': {error.strerror}") from error
-    raise AssertionError
+            if not folder.is_dir():
+                raise FileError(f"cannot make the folder '{folder}': {error.strerror}") from error
+        number += 1
+        folder = folder.with_name(f"{name}-{number}")
 
 
 def discard_if_empty(folder: Path) -> None:

@@ -99,6 +99,13 @@ def overridden(*overrides):
     return compose("Fake-Lift", "rsl_rl_cfg_entry_point", overrides)
 
 
+def check_one_line(call, message):
+    with pytest.raises(ConfigError) as caught:
+        call()
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
 def test_overrides_change_what_they_name_and_nothing_else():
     env, agent = overridden("env.rewards.lifting_object.weight=20", "agent.gamma=0.9")
     assert env.rewards.lifting_object.weight == 20.0
@@ -181,10 +188,7 @@ def test_presets_replace_a_group_before_single_overrides():
     ],
 )
 def test_a_wrong_override_is_answered_in_one_line(override, message):
-    with pytest.raises(ConfigError) as caught:
-        overridden(override)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    check_one_line(lambda: overridden(override), message)
 
 
 def test_a_null_default_takes_a_value_and_null_again():
@@ -308,7 +312,4 @@ def test_entries_of_a_list_of_configurations_are_numbered():
     ],
 )
 def test_a_wrong_override_of_a_real_task_is_answered_in_one_line(override, message):
-    with pytest.raises(ConfigError) as caught:
-        lift(override)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    check_one_line(lambda: lift(override), message)

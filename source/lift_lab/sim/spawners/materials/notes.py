@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...ignored import note_ignored
+from ...ignored import note_changed_fields
 from .physics_materials_cfg import RigidBodyMaterialCfg
 
 _IGNORED = {
@@ -21,7 +21,4 @@ def note_ignored_material(prim_path: str, material: RigidBodyMaterialCfg) -> Non
         prim_path: of the shape.
         material: its material.
     """
-    default = RigidBodyMaterialCfg()
-    for name, reason in _IGNORED.items():
-        if getattr(material, name) != getattr(default, name):
-            note_ignored(f"spawn of {prim_path}: physics_material.{name}", reason)
+    note_changed_fields(f"spawn of {prim_path}: physics_material", material, _IGNORED)
