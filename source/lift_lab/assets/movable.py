@@ -41,9 +41,9 @@ class MovableAsset(AssetBase):
         return self._qadr is None
 
     @property
-    def is_kinematic(self) -> bool:
-        """Whether the root follows the poses that are written, and nothing else."""
-        return self._mocap is not None
+    def has_movable_root(self) -> bool:
+        """Whether the root can be put elsewhere: it is free, or kinematic."""
+        return self._qadr is not None or self._mocap is not None
 
     def find_bodies(self, name_keys: str | Sequence[str], preserve_order: bool = False) -> tuple[list[int], list[str]]:
         """Indices and names of the bodies that match regular expressions.
@@ -85,9 +85,7 @@ class MovableAsset(AssetBase):
             device=physics.device,
         )
         default[3:7] /= default[3:7].norm()
-        if (
-            self.is_fixed_base and self._mocap is None
-        ):  # it stands where it stands, also if that is not the prim's origin
+        if not self.has_movable_root:  # it stands where it stands, also if that is not the prim's origin
             default[:3] = torch.tensor(model.body_pos[root], dtype=torch.float32)
             default[3:7] = torch.tensor(model.body_quat[root], dtype=torch.float32)
         self._data.default_root_state[:] = default

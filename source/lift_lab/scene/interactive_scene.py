@@ -276,7 +276,7 @@ class InteractiveScene:
                 pose = entry["root_pose"].clone()
                 if is_relative:
                     pose[:, :3] += self._origins[ids]
-                if not asset.is_fixed_base or asset.is_kinematic:
+                if asset.has_movable_root:
                     asset.write_root_pose_to_sim(pose, ids)
                     asset.write_root_velocity_to_sim(entry["root_velocity"], ids)
                 if "joint_position" in entry:

@@ -111,7 +111,7 @@ class LiftLabRunner(OnPolicyRunner):
     def _shared_tensors(self) -> list[torch.Tensor]:
         """What is the same on every process: the networks' parameters and normalisation."""
         alg: Any = self.alg
-        networks = [alg._raw_actor, alg._raw_critic, *([alg.rnd.predictor, alg.rnd.target] if alg.rnd else [])]
+        networks = [*self._networks(), *([alg.rnd.predictor, alg.rnd.target] if alg.rnd else [])]
         return [value for network in networks for value in network.state_dict().values()]
 
     # -- training

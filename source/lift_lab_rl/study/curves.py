@@ -136,14 +136,14 @@ def find_runs(places: Iterable[str | Path]) -> list[TrainingRun]:
     """
     pieces = []
     for place in places:
-        label, equals, path = ("", "", str(place)) if Path(place).is_dir() else str(place).partition("=")
-        if not equals:
-            path = str(place)
+        label, equals, path = str(place).partition("=")
+        if not equals or Path(place).is_dir():
+            label, path = None, str(place)
         folder = Path(path)
         found = sorted({events.parent for events in folder.glob("**/events.out.tfevents.*")})
         if not found:
             raise FileError(f"no training run in '{folder}': no event files")
-        pieces += [_Piece(found_folder, label if equals else None) for found_folder in found]
+        pieces += [_Piece(found_folder, label) for found_folder in found]
     if not pieces:
         raise ConfigError("no runs given")
     return _join(pieces)

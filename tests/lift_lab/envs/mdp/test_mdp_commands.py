@@ -25,8 +25,7 @@ def _rotation(wxyz: torch.Tensor) -> Rotation:
 class _Robot:
     """A robot whose root and one other body stand anywhere."""
 
-    is_fixed_base = True
-    is_kinematic = False
+    has_movable_root = False
 
     def __init__(self):
         torch.manual_seed(5)
@@ -118,7 +117,7 @@ def test_a_command_that_somebody_else_wrote_is_where_the_world_looks_for_it(env,
 @pytest.mark.parametrize("fixed_base", [True, False])
 def test_pose_metrics_are_the_distance_and_angle_to_the_body(env, fixed_base):
     robot = env.scene["robot"]
-    robot.is_fixed_base = fixed_base
+    robot.has_movable_root = not fixed_base
     command = mdp.UniformPoseCommand(_pose_cfg(), env)
     command.reset()
     if not fixed_base:

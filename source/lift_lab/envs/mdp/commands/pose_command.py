@@ -54,7 +54,6 @@ class UniformPoseCommand(CommandTerm):
         self.pose_command_b = torch.zeros(self.num_envs, 7, device=self.device)
         self.pose_command_b[:, 3] = 1.0
         self.pose_command_w = self.pose_command_b.clone()
-        self._stands = self.robot.is_fixed_base and not self.robot.is_kinematic
         self._placed: tuple[torch.Tensor, int] | None = None
         self._no_rotation = math_utils.default_orientation(1, self.device)
         self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
@@ -72,7 +71,7 @@ class UniformPoseCommand(CommandTerm):
 
     def _update_metrics(self) -> None:
         data = self.robot.data
-        if not self._stands or self._written():
+        if self.robot.has_movable_root or self._written():
             self._update_world_pose(slice(None))
         wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
         distance = torch.linalg.vector_norm(wanted_pos - data.body_pos_w[:, self.body_idx], dim=-1)
