@@ -60,6 +60,7 @@ def main() -> int:
     for text in args.perturb:
         perturb(env_cfg, text)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
+    runs.note_other_task(checkpoint, args.task)
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()

@@ -68,6 +68,7 @@ def main() -> int:
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     apply_video_args(args, env_cfg)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
+    runs.note_other_task(checkpoint, args.task)
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
     env = gym.make(args.task, cfg=env_cfg)

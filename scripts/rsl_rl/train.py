@@ -88,7 +88,9 @@ def main() -> int:
         require_video()
     checkpoint = None
     if resume:
-        checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint or agent_cfg.load_checkpoint, agent_cfg.load_run)
+        wanted = args.checkpoint or agent_cfg.load_checkpoint
+        checkpoint = runs.find_checkpoint(agent_cfg, wanted, agent_cfg.load_run, args.task, training=True)
+        runs.note_other_task(checkpoint, args.task, say)
         done = checkpoint_iteration(checkpoint)
         if done >= agent_cfg.max_iterations:
             raise ConfigError(

@@ -73,6 +73,8 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     checkpoint = (
         None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     )
+    if checkpoint is not None:
+        runs.note_other_task(checkpoint, args.task)
     with contextlib.suppress(ConfigError):  # not every task says what success is
         add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":

@@ -94,7 +94,7 @@ def test_a_shipped_policy_is_not_trained_on(shipped):
     with pytest.raises(ConfigError, match="does not fit this task's networks"):
         make_runner().load(str(shipped[1][0]))
     with pytest.raises(ConfigError, match="nothing to train on from"):
-        runs.find_checkpoint(AgentCfg(), "pretrained")
+        runs.find_checkpoint(AgentCfg(), "pretrained", task="Lift", training=True)
 
 
 def test_a_task_and_its_play_form_share_a_policy_and_a_task_without_one_names_those_that_have(tmp_path, monkeypatch):

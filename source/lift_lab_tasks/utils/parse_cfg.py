@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +142,7 @@ def get_checkpoint_path(
     checkpoint: str = r"model_\d+\.pt",
     other_dirs: Sequence[str] | None = None,
     sort_alpha: bool = True,
+    prefer: Callable[[Path], bool] | None = None,
 ) -> str:
     """Path of the newest checkpoint that matches (Isaac Lab's function of this name).
 
@@ -151,6 +152,7 @@ def get_checkpoint_path(
         checkpoint: regular expression of the file; among matches the last in natural order is taken.
         other_dirs: folders between the run and the file.
         sort_alpha: whether runs are ordered by name; else by time of change.
+        prefer: tells which runs come before the others, whatever their age; None for no such preference.
 
     Raises:
         FileError: nothing matches; names what there is.
@@ -164,13 +166,17 @@ def get_checkpoint_path(
     matching.sort(key=(lambda run: run.name) if sort_alpha else (lambda run: run.stat().st_mtime))
     if not matching:
         raise FileError(f"no run in '{folder}' matches '{run_dir}'; {suggest(run_dir, [run.name for run in runs])}")
+    if prefer is not None:
+        matching.sort(key=prefer)
     for run in reversed(matching):
         place = run.joinpath(*(other_dirs or ()))
         names = [entry.name for entry in place.iterdir() if entry.is_file()] if place.is_dir() else []
         found = sorted((name for name in names if _matches(checkpoint, name)), key=_natural)
         if found:
             return str(place / found[-1])
-    newest = matching[-1].joinpath(*(other_dirs or ()))
+    # Beside runs there are folders without any checkpoint, such as that of a shipped policy's exports.
+    places = [run.joinpath(*(other_dirs or ())) for run in matching]
+    newest = next((place for place in reversed(places) if any(place.glob("model_*.pt"))), places[-1])
     names = sorted((entry.name for entry in newest.glob("model_*.pt")), key=_natural)
     raise FileError(f"no checkpoint in '{newest}' matches '{checkpoint}'; {suggest(checkpoint, names)}")
 

@@ -8,13 +8,15 @@ import json
 import random
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from lift_lab.utils import class_to_dict
 from lift_lab.utils.assets import PRETRAINED_DIR
-from lift_lab.utils.errors import ConfigError, FileError, suggest
+from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
+from lift_lab_rl.run_params import read_params
 
 from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
 
@@ -29,6 +31,9 @@ BEST = "model_best.pt"
 
 PRETRAINED = "pretrained"
 """What a user calls the policy that ships for a task."""
+
+_WORDS = ("latest", "best", PRETRAINED)
+"""What a user may call a checkpoint instead of a file."""
 
 _NO_MATTER = {
     "agent": {
@@ -118,30 +123,39 @@ def output_dir(agent_cfg: Any, checkpoint: Path) -> Path:
     return checkpoint.parent
 
 
-def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None, task: str | None = None) -> Path:
+def find_checkpoint(
+    agent_cfg: Any, wanted: str | None, run: str | None = None, task: str | None = None, training: bool = False
+) -> Path:
     """The checkpoint that a user means.
+
+    Tasks may share an experiment: of its runs, those of ``task`` are looked at first, then the others.
 
     Args:
         agent_cfg: agent configuration, for the experiment's folder.
         wanted: path of a file or of a run's folder, ``latest`` (or None), ``best``, ``pretrained``, or a regular
             expression of file names.
         run: regular expression of the run's folder name; None for all.
-        task: id of the task whose pretrained policy will do; None if none will, because training is to go on.
+        task: id of the task; None if it does not matter.
+        training: whether training is to go on, for which a pretrained policy will not do.
 
     Raises:
         FileError: there is none; names the nearest.
         ConfigError: a pretrained policy where none will do.
     """
     if wanted == PRETRAINED:
-        if task is None:
+        if task is None or training:
             raise ConfigError("a pretrained policy can be played and evaluated; it holds nothing to train on from")
         return find_pretrained(task)
     folder = experiment_dir(agent_cfg)
-    run = run or ".*"
+
+    def newest(pattern: str) -> Path:
+        prefer = None if task is None else lambda place: trained_task(place) == pretrained_name(task)
+        return Path(get_checkpoint_path(folder, run or ".*", pattern, prefer=prefer))
+
     if wanted in (None, "", "latest"):
-        return Path(get_checkpoint_path(folder, run, CHECKPOINT))
+        return newest(CHECKPOINT)
     if wanted == "best":
-        return Path(get_checkpoint_path(folder, run, BEST.replace(".", r"\.")))
+        return newest(re.escape(BEST))
     path = Path(wanted)
     if path.is_file():
         return path.absolute()
@@ -155,7 +169,32 @@ def find_checkpoint(agent_cfg: Any, wanted: str | None, run: str | None = None, 
         names = [str(entry.name) for entry in near.iterdir() if entry.is_dir() or entry.suffix == ".pt"]
         missing = path.relative_to(near).parts[0]
         raise FileError(f"no checkpoint '{wanted}': '{near}' has no '{missing}'; {suggest(missing, names)}")
-    return Path(get_checkpoint_path(folder, run, wanted))
+    try:
+        return newest(wanted)
+    except FileError as error:
+        meant = get_close_matches(wanted.lower(), _WORDS, n=1, cutoff=0.7)
+        if not meant:
+            raise
+        raise FileError(f"no checkpoint '{wanted}'; did you mean {quote(meant)}?") from error
+
+
+def trained_task(run_dir: Path) -> str | None:
+    """Task that a run was of, without ``-Play``; None where its folder does not say."""
+    name = read_params(run_dir, "run").get("task")
+    return None if name is None else pretrained_name(str(name))
+
+
+def note_other_task(checkpoint: Path, task: str, say: Callable[[str], None] = print) -> None:
+    """Say so if a checkpoint is of a run of another task.
+
+    Args:
+        checkpoint: the file.
+        task: id of the task that it is used for.
+        say: shows a line to the user.
+    """
+    trained = trained_task(checkpoint.parent)
+    if trained not in (None, pretrained_name(task)):
+        say(f"'{checkpoint}' was trained on {trained}")
 
 
 def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:

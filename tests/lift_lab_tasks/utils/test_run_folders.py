@@ -62,3 +62,54 @@ def test_of_the_newest_run_the_best_file_it_has_is_taken(tmp_path):
     (tmp_path / "2026-01-02" / "model.zip").touch()
     assert find_model(tmp_path, None, None, *patterns) == tmp_path / "2026-01-02" / "model.zip"
     assert find_model(tmp_path, None, "2026-01-01", *patterns) == tmp_path / "2026-01-01" / "model.zip"
+
+
+def of_task(folder, task, *files):
+    """A run of a task with empty checkpoints."""
+    (folder / "params").mkdir(parents=True)
+    (folder / "params" / "run.yaml").write_text(f"task: {task}\noverrides: []\n")
+    for name in files:
+        (folder / name).touch()
+
+
+def test_of_tasks_that_share_an_experiment_each_finds_its_own_runs_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = runs.experiment_dir(agent())
+    of_task(folder / "2026-01-01", "Lift", "model_5.pt")
+    of_task(folder / "2026-01-02", "my_tasks:Lift-CL-Play", "model_7.pt", "model_best.pt")
+    of_task(folder / "2026-01-03", "Lift-Soft", "model_5.pt")
+
+    def found(wanted, task, run=None):
+        path = runs.find_checkpoint(agent(), wanted, run, task)
+        return f"{path.parent.name}/{path.name}"
+
+    assert found(None, "Lift-Play") == "2026-01-01/model_5.pt"
+    assert found("latest", "Lift-CL") == "2026-01-02/model_7.pt"
+    assert found("model_5.pt", "Lift") == "2026-01-01/model_5.pt"
+    assert found("model_5.pt", "Lift-CL") == "2026-01-03/model_5.pt"  # none of its own has it
+    assert found("best", "Lift") == "2026-01-02/model_best.pt"
+    assert found(None, "Lift", ".*-03") == "2026-01-03/model_5.pt"
+    assert found(None, "Reach") == found(None, None) == "2026-01-03/model_5.pt"
+
+
+def test_a_checkpoint_of_another_task_is_noted_in_one_line(tmp_path):
+    of_task(tmp_path / "a", "Lift-CL-Play", "model_5.pt")
+    (tmp_path / "b").mkdir()
+    said = []
+    for task in ("Lift-CL", "my_tasks:Lift-CL-Play", "Lift"):
+        runs.note_other_task(tmp_path / "a" / "model_5.pt", task, said.append)
+    runs.note_other_task(tmp_path / "b" / "model_5.pt", "Lift", said.append)  # its folder says nothing
+    assert said == [f"'{tmp_path / 'a' / 'model_5.pt'}' was trained on Lift-CL"]
+
+
+def test_a_folder_without_checkpoints_is_not_the_one_that_lacks_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileError, match="no checkpoint 'Pretrained'; did you mean 'pretrained'"):
+        runs.find_checkpoint(agent(), "Pretrained", task="Lift")
+    folder = runs.experiment_dir(agent())
+    of_task(folder / "2026-01-01", "Lift", "model_8.pt")
+    (folder / "pretrained" / "exported").mkdir(parents=True)
+    with pytest.raises(FileError, match=r"no checkpoint in '.*2026-01-01' matches .*; did you mean 'model_8\.pt'"):
+        runs.find_checkpoint(agent(), "model_9.pt", task="Lift")
+    with pytest.raises(FileError, match="no checkpoint 'bset'; did you mean 'best'"):
+        runs.find_checkpoint(agent(), "bset", task="Lift")
