@@ -42,6 +42,7 @@ def main() -> int:
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.counters import load_counters
     from lift_lab_rl.evaluation import add_success_probe, evaluate
     from lift_lab_rl.files import write_atomically
     from lift_lab_rl.generalisation import perturb
@@ -68,10 +69,12 @@ def main() -> int:
     try:
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)
-        runner.load_policy(str(checkpoint))
-        # Again from the start, now with the curriculum where the checkpoint left it.
+        infos = runner.load_policy(str(checkpoint))
+        # Again from the start, now with the curriculum where the checkpoint left it: also if it is driven by success,
+        # for which the reset is one of episodes that all failed.
         wrapped.seed(env_cfg.seed)
         wrapped.reset()
+        load_counters(env.unwrapped, infos.get("env_state", {}))
         result = evaluate(wrapped, runner.get_inference_policy(device=agent_cfg.device), args.episodes)
     finally:
         env.close()

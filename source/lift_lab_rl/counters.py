@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 
@@ -32,13 +33,31 @@ def _configured(env: Any, names: Any) -> dict[str, float]:
 
 
 def load_counters(env: Any, saved: dict[str, Any]) -> None:
-    """Continue a curriculum. A weight that the user configured anew since then is left alone."""
+    """Continue a curriculum.
+
+    Weights are those of the checkpoint where a curriculum term of this environment names the reward term in its
+    parameters. A weight that no curriculum changes, or that the user configured anew since then, is left alone.
+    """
     if "common_step_counter" in saved:
         env.common_step_counter = saved["common_step_counter"]
     manager = getattr(env, "reward_manager", None)
     if manager is None or "reward_weights" not in saved:
         return
-    configured = _configured(env, manager.active_terms)
+    configured, scheduled = _configured(env, manager.active_terms), _named_in_curriculum(env)
     for name, weight in saved["reward_weights"].items():
-        if name in configured and configured[name] == saved["configured_weights"].get(name):
+        if name in scheduled and name in configured and configured[name] == saved["configured_weights"].get(name):
             manager.get_term_cfg(name).weight = weight
+
+
+def _named_in_curriculum(env: Any) -> set[str]:
+    """Every word in the parameters of the curriculum's terms: ``alive`` of ``rewards.alive.weight``, too."""
+    manager = getattr(env, "curriculum_manager", None)
+    names = [] if manager is None else manager.active_terms
+    return {word for name in names for word in _words(manager.get_term_cfg(name).params)}
+
+
+def _words(value: Any) -> list[str]:
+    if isinstance(value, str):
+        return re.findall(r"\w+", value)
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, (list, tuple)) else ()
+    return [word for part in parts for word in _words(part)]

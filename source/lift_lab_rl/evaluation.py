@@ -11,9 +11,11 @@ an episode, the last included, before the environment is reset.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import inspect
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,10 +41,26 @@ class SuccessProbe(ManagerTermBase):
         self._never = torch.zeros(env.num_envs, dtype=torch.bool, device=env.device)
 
     def __call__(self, env: Any, success: Any, success_params: dict[str, Any]) -> torch.Tensor:
-        """Look at the state just reached."""
-        now = success(env, **success_params)
+        """Look at the state just reached.
+
+        Raises:
+            ConfigError: ``success`` cannot be called like this, or does not return one truth value for each environment.
+        """
+        try:
+            now = success(env, **success_params)
+        except TypeError as error:
+            raise ConfigError(f"success: {_name(success)}(env, ...) cannot be called: {error}") from error
+        if not isinstance(now, torch.Tensor) or now.dtype != torch.bool or now.shape != self._never.shape:
+            found = f"{now.dtype} of shape {tuple(now.shape)}" if isinstance(now, torch.Tensor) else type(now).__name__
+            raise ConfigError(
+                f"success: {_name(success)} has to return a bool tensor of shape {tuple(self._never.shape)}, not {found}"
+            )
         self.first_step = torch.where(now & (self.first_step == 0), env.episode_length_buf, self.first_step)
         return self._never
+
+
+def _name(func: Any) -> str:
+    return getattr(func, "__qualname__", type(func).__name__)
 
 
 @dataclass
@@ -157,7 +175,7 @@ def _term(terms: Any, name: str) -> Any:
 
 
 def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
-    """Run a policy for whole episodes.
+    """Run a policy for whole episodes. The curriculum holds still meanwhile, so that all are of one task.
 
     Args:
         env: wrapped environment, freshly reset, whose configuration went through :func:`add_success_probe`.
@@ -177,7 +195,7 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     obs = env.get_observations()
     left = env.num_envs * rounds
     logs: dict[str, list[tuple[float, int]]] = {}
-    with torch.inference_mode():
+    with torch.inference_mode(), _curriculum_held(inner):
         while left:
             obs, rewards, dones, extras = env.step(policy(obs))
             if hasattr(policy, "reset"):  # the memory of a recurrent one
@@ -208,3 +226,17 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     ordered = [finished[env_id][k] for k in range(rounds) for env_id in range(env.num_envs)]
     means = {key: sum(v * n for v, n in pairs) / sum(n for _, n in pairs) for key, pairs in logs.items()}
     return Evaluation(inner.step_dt, ordered[:episodes], means)
+
+
+@contextlib.contextmanager
+def _curriculum_held(env: Any) -> Iterator[None]:
+    """Leave the task as its curriculum has made it so far."""
+    manager = getattr(env, "curriculum_manager", None)
+    if manager is None:
+        yield
+        return
+    manager.compute = lambda env_ids=None: None
+    try:
+        yield
+    finally:
+        del manager.compute

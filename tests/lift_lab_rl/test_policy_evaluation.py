@@ -1,13 +1,19 @@
 """Evaluation counts whole episodes of every environment alike, and sees success at any step of an episode."""
 
+import math
 from types import SimpleNamespace
 
+import gymnasium as gym
 import pytest
 import torch
 
-from lift_lab.managers import SceneEntityCfg, TerminationTermCfg
+from lift_lab.envs import mdp
+from lift_lab.managers import CurriculumTermCfg, SceneEntityCfg, TerminationTermCfg
 from lift_lab.utils.errors import ConfigError
+from lift_lab_rl.counters import counters, load_counters
 from lift_lab_rl.evaluation import PROBE, SuccessProbe, add_success_probe, evaluate, milestones
+from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
+from lift_lab_tasks.utils import parse_env_cfg
 
 
 class CountingEnv:
@@ -102,3 +108,79 @@ def test_the_probe_takes_success_from_the_registration_or_the_termination_of_tha
 
     with pytest.raises(ConfigError, match="does not say what success is"):
         add_success_probe(SimpleNamespace(terminations={}), None)
+
+
+def integers(env):
+    return env.episode_length_buf
+
+
+@pytest.mark.parametrize(
+    ("success", "message"),
+    [
+        (math.sqrt, r"success: sqrt\(env, ...\) cannot be called: must be real number"),
+        (integers, r"success: integers has to return a bool tensor of shape \(2,\), not torch.int64 of shape \(2,\)"),
+        (lambda env: torch.ones(3, dtype=torch.bool), r"bool tensor of shape \(2,\), not torch.bool of shape \(3,\)"),
+        (lambda env: True, "not bool"),
+    ],
+)
+def test_a_function_that_tells_no_success_is_named(success, message):
+    cfg = SimpleNamespace(terminations={})
+    add_success_probe(cfg, success)
+    env = CountingEnv(lengths=[3, 3], wins=[0, 0])
+    with pytest.raises(ConfigError, match=message):
+        SuccessProbe(cfg.terminations[PROBE], env)(env, **cfg.terminations[PROBE].params)
+
+
+# -- the curriculum of a checkpoint
+
+
+@pytest.fixture
+def cartpole():
+    """Makes wrapped cartpoles with a curriculum, whose episodes have 30 steps."""
+    made = []
+
+    def make(**curriculum):
+        cfg = parse_env_cfg("Cartpole", "cpu", 4)
+        cfg.seed, cfg.sim.num_threads, cfg.episode_length_s = 3, 1, 0.5
+        cfg.curriculum = {
+            name: CurriculumTermCfg(func=func, params=params) for name, (func, params) in curriculum.items()
+        }
+        add_success_probe(cfg, lambda env: env.episode_length_buf > 1000)
+        made.append(RslRlVecEnvWrapper(gym.make("Cartpole", cfg=cfg)))
+        return made[-1]
+
+    yield make
+    for env in made:
+        env.close()
+
+
+def test_the_curriculum_holds_still_in_an_evaluation(cartpole):
+    term = (mdp.modify_reward_weight, {"term_name": "alive", "weight": 100.0, "num_steps": 17_999})
+    env = cartpole(alive=term)
+    inner = env.unwrapped
+    inner.common_step_counter = 17_990
+    env.reset()
+    result = evaluate(env, lambda obs: torch.zeros(4, 1), 12)
+    assert inner.common_step_counter > 18_050
+    assert len(result.episodes) == 12
+    assert inner.reward_manager.get_term_cfg("alive").weight == 1.0
+    assert max(episode.reward for episode in result.episodes) < 1.0  # 0.5 s at a weight of 1
+    env.reset()  # and goes on afterwards
+    assert inner.reward_manager.get_term_cfg("alive").weight == 100.0
+
+
+def test_weights_of_a_checkpoint_are_for_the_terms_that_a_curriculum_names(cartpole):
+    by_name = (mdp.modify_reward_weight, {"term_name": "alive", "weight": 100.0, "num_steps": 10**9})
+    by_path = (mdp.modify_term_cfg, {"address": "rewards.pole_pos.weight", "modify_fn": lambda env, ids, old: old})
+    trained, plain = cartpole(alive=by_name, pole=by_path).unwrapped, cartpole().unwrapped
+    before = {name: plain.reward_manager.get_term_cfg(name).weight for name in plain.reward_manager.active_terms}
+    for number, name in enumerate(before):
+        trained.reward_manager.get_term_cfg(name).weight = 50.0 + number
+    trained.common_step_counter = 99
+    saved = counters(trained)
+    for env, expected in ((plain, before), (trained, before | {"alive": 50.0, "pole_pos": 52.0})):
+        for name, weight in before.items():
+            env.reward_manager.get_term_cfg(name).weight = weight
+        load_counters(env, saved)
+        assert env.common_step_counter == 99
+        assert {name: env.reward_manager.get_term_cfg(name).weight for name in before} == expected
