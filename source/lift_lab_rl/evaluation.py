@@ -44,7 +44,7 @@ class SuccessProbe(ManagerTermBase):
         """Look at the state just reached.
 
         Raises:
-            ConfigError: ``success`` cannot be called like this, or does not return one truth value for each environment.
+            ConfigError: ``success`` cannot be called like this, or does not return a bool for each environment.
         """
         try:
             now = success(env, **success_params)
@@ -52,9 +52,8 @@ class SuccessProbe(ManagerTermBase):
             raise ConfigError(f"success: {_name(success)}(env, ...) cannot be called: {error}") from error
         if not isinstance(now, torch.Tensor) or now.dtype != torch.bool or now.shape != self._never.shape:
             found = f"{now.dtype} of shape {tuple(now.shape)}" if isinstance(now, torch.Tensor) else type(now).__name__
-            raise ConfigError(
-                f"success: {_name(success)} has to return a bool tensor of shape {tuple(self._never.shape)}, not {found}"
-            )
+            wanted = f"a bool tensor of shape {tuple(self._never.shape)}"
+            raise ConfigError(f"success: {_name(success)} has to return {wanted}, not {found}")
         self.first_step = torch.where(now & (self.first_step == 0), env.episode_length_buf, self.first_step)
         return self._never
 
