@@ -6,7 +6,8 @@ back into another environment of the same configuration. Terms that a task bring
 knowing of it. The engine's own state, in its own precision, is in the entry ``physics``.
 
 What is passed over: configuration of the environment, the physics engine's tensors (restored by the engine), text,
-functions, and objects of other libraries. A term that hides state in one of those cannot be continued exactly.
+functions, sets of anything but numbers, and objects of other libraries. A term that hides state in one of those cannot
+be continued exactly.
 """
 
 from __future__ import annotations
@@ -145,16 +146,19 @@ def _below(path: str, value: Any, assign: _Assign, seen: set[int], excluded: set
         seen.add(id(value))
         for key in list(value):
             yield from _below(f"{path}[{key!r}]", value[key], _item_setter(value, key), seen, excluded)
-    elif isinstance(value, (list, deque)):
+    elif isinstance(value, (list, deque, set)):
         seen.add(id(value))
+        if isinstance(value, set) and not all(_is_number(item) for item in value):
+            return
         if all(_is_number(item) for item in value):
             yield path, value, assign
         else:
             for k, item in enumerate(value):
                 yield from _below(f"{path}[{k}]", item, _item_setter(value, k), seen, excluded)
     elif isinstance(value, tuple):
+        items = list(value)
         for k, item in enumerate(value):
-            yield from _below(f"{path}[{k}]", item, _no_setter, seen, excluded)
+            yield from _below(f"{path}[{k}]", item, _tuple_setter(value, items, k, assign), seen, excluded)
     elif _is_ours(value):
         seen.add(id(value))
         for name, item in list(vars(value).items()):
@@ -190,8 +194,22 @@ def _item_setter(owner: Any, key: Any) -> _Assign:
     return lambda value: owner.__setitem__(key, value)
 
 
-def _no_setter(value: Any) -> None:
-    """An entry of a tuple cannot be replaced; a tensor in it is written in place, a number is constant."""
+def _tuple_setter(owner: tuple, items: list, k: int, assign: _Assign) -> _Assign:
+    """A tuple cannot be written into: one with the new entry takes its place, unless the entry is the same.
+
+    Args:
+        owner: the tuple.
+        items: its entries, with those that were replaced so far.
+        k: number of the entry.
+        assign: how to replace the tuple.
+    """
+
+    def replace(value: Any) -> None:
+        if isinstance(value, torch.Tensor) or type(value) is not type(items[k]) or value != items[k]:
+            items[k] = value
+            assign(type(owner)(*items) if hasattr(owner, "_fields") else type(owner)(items))
+
+    return replace
 
 
 # -- one leaf
@@ -206,7 +224,7 @@ def _saved(leaf: Any) -> Any:
         return dict(leaf.bit_generator.state)
     if isinstance(leaf, torch.Generator):
         return leaf.get_state()
-    if isinstance(leaf, (list, deque)):
+    if isinstance(leaf, (list, deque, set)):
         return list(leaf)
     return leaf.item() if isinstance(leaf, np.generic) else leaf
 
@@ -223,6 +241,8 @@ def _restore(path: str, leaf: Any, assign: _Assign, saved: Any) -> None:
             raise StateMismatchError(f"'{path}' has shape {leaf.shape}, the saved state {tuple(saved.shape)}")
         if leaf.flags.writeable:
             leaf[...] = saved.numpy()
+        elif not np.array_equal(leaf, saved.numpy(), equal_nan=leaf.dtype.kind in "fc"):
+            raise StateMismatchError(f"'{path}' is an array that cannot be written to")
     elif isinstance(leaf, np.random.Generator):
         leaf.bit_generator.state = saved
     elif isinstance(leaf, torch.Generator):
@@ -230,6 +250,9 @@ def _restore(path: str, leaf: Any, assign: _Assign, saved: Any) -> None:
     elif isinstance(leaf, (list, deque)):
         leaf.clear()
         leaf.extend(saved)
+    elif isinstance(leaf, set):
+        leaf.clear()
+        leaf.update(saved)
     else:
         assign(saved)
 

@@ -1,11 +1,12 @@
 """An environment that is written down and read back goes on, bit by bit, as if nothing had happened."""
 
+import numpy as np
 import pytest
 import torch
 
 import lift_lab.envs.mdp as mdp
 from lift_lab.envs import ManagerBasedRLEnv
-from lift_lab.managers import EventTermCfg, ManagerTermBase, RewardTermCfg, SceneEntityCfg
+from lift_lab.managers import CurriculumTermCfg, EventTermCfg, ManagerTermBase, RewardTermCfg, SceneEntityCfg
 from lift_lab.utils.noise import UniformNoiseCfg
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.files import load_torch, save_torch
@@ -117,10 +118,62 @@ def test_a_state_of_another_environment_is_refused(env):
         load_env_state(env, state)
 
 
+class Seen(ManagerTermBase):
+    """A reward that counts what it has in a set, and has an entry in a tuple that changes."""
+
+    def __init__(self, cfg, env):
+        super().__init__(cfg, env)
+        self.seen, self.pair = set(), (torch.zeros(env.num_envs), 1.0)
+
+    def __call__(self, env):
+        self.seen.add(len(self.seen) // 2)
+        self.pair = (self.pair[0], self.pair[1] * 1.1)
+        return self.pair[0] + len(self.seen) * self.pair[1]
+
+
+def cartpole():
+    """A cart-pole whose curriculum widens a range, a tuple, whenever an episode ends."""
+    cfg = parse_env_cfg("Cartpole", "cpu", 3)
+    cfg.seed, cfg.sim.num_threads, cfg.episode_length_s = 3, 1, 0.2
+    cfg.rewards.seen = RewardTermCfg(func=Seen, weight=1.0)
+    params = {
+        "address": "events.reset_cart_position.params['position_range']",
+        "modify_fn": lambda env, ids, old: (old[0] * 1.05, old[1] * 1.05),
+    }
+    cfg.curriculum = {"wider": CurriculumTermCfg(func=mdp.modify_term_cfg, params=params)}
+    return ManagerBasedRLEnv(cfg)
+
+
+def test_numbers_in_tuples_and_sets_go_on_too(tmp_path):
+    env, other = cartpole(), cartpole()
+    for one in (env, other):
+        one.reset()
+    run(env, 30)
+    save_torch(tmp_path / "state.pt", {"env": env_state(env), "rng": rng_state()})
+    expected = run(env, 30)
+    state = load_torch(tmp_path / "state.pt")
+    load_env_state(other, state["env"])
+    load_rng_state(state["rng"])
+    found = run(other, 30)
+    for one in (env, other):
+        one.close()
+    assert all(torch.equal(a, b) for a, b in zip(expected, found, strict=True))
+
+
+def test_an_array_that_cannot_be_written_to_is_named():
+    env = cartpole()
+    env.reset()
+    env.table = np.arange(3.0)
+    state = env_state(env)
+    env.table = np.zeros(3)
+    env.table.flags.writeable = False
+    with pytest.raises(StateMismatchError, match="'table' is an array that cannot be written to"):
+        load_env_state(env, state)
+    env.close()
+
+
 def test_random_numbers_go_on_where_they_were():
     import random
-
-    import numpy as np
 
     state = rng_state()
     first = (torch.rand(3), np.random.rand(3), [random.random() for _ in range(3)])  # noqa: NPY002
