@@ -209,6 +209,16 @@ def stop_number(number: int | None) -> int | None:
     return int(box.item()) or None
 
 
+def first_problem(problem: str | None) -> str | None:
+    """The first of all processes' problems, None when no process has one; waits for all of them."""
+    if not is_active():
+        return problem
+    everyone: list[str | None] = [None] * dist.get_world_size()
+    with answers():
+        dist.all_gather_object(everyone, problem)
+    return next((text for text in everyone if text is not None), None)
+
+
 def check_equal(tensors: Iterable[torch.Tensor], what: str) -> None:
     """Compare tensors between the processes, bit by bit; waits for all of them.
 

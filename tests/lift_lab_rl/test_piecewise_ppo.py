@@ -190,3 +190,20 @@ def test_a_pool_keeps_the_order_of_pieces_and_passes_errors_on():
     with pytest.raises(RuntimeError, match="piece 5"):
         pool.map(fail, 20)
     pool.close()
+
+
+def test_time_outs_of_an_earlier_rollout_are_not_those_of_a_later_one():
+    """An environment may tell of time-outs only in steps that have some."""
+    ours = make(PiecewisePPO)
+    obs, ones = TensorDict({"policy": torch.zeros(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS]), torch.ones(NUM_ENVS)
+    rewards = []
+    for extras in ({"time_outs": ones.bool()}, {}):
+        with torch.inference_mode():
+            for _ in range(STEPS):
+                ours.act(obs)
+                ours.process_env_step(obs, ones, ones.long(), dict(extras))
+            ours.compute_returns(obs)
+        rewards.append(ours.storage.rewards.clone())
+        ours.update()
+    assert (rewards[0] != 1.0).all()  # the value of a state that time ended comes on top
+    assert (rewards[1] == 1.0).all()

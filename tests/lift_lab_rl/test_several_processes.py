@@ -83,7 +83,7 @@ def samples():
     return [torch.randn(7, 8, 5, generator=generator), *(torch.rand(6, 8, 3, generator=generator) for _ in range(2))]
 
 
-def ppo_after_updates(envs, multi=None):
+def ppo_after_updates(envs, multi=None, by_batch=False):
     """Two updates from these columns of the samples, everything in one minibatch."""
     torch.manual_seed(0)
     observed, rewards, ends = (values[:, envs] for values in samples())
@@ -95,6 +95,7 @@ def ppo_after_updates(envs, multi=None):
     critic = MLPModel(obs, groups, "critic", 1, **shape)
     storage = RolloutStorage("rl", len(envs), 6, obs, [3])
     settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 1, "entropy_coef": 0.01}
+    settings["normalize_advantage_per_mini_batch"] = by_batch
     ppo = PiecewisePPO(actor, critic, storage, num_threads=1, multi_gpu_cfg=multi, schedule="adaptive", **settings)
     for _ in range(2):
         with torch.inference_mode():
@@ -116,8 +117,11 @@ def ppo_after_updates(envs, multi=None):
 def update_half_of_the_samples(place, folder):
     envs = list(range(8))[place.rank :: SIZE]
     multi = {"global_rank": place.rank, "local_rank": place.local_rank, "world_size": SIZE}
-    weights, rate = ppo_after_updates(envs, multi)
-    save_torch(folder / f"end{place.rank}.pt", {"weights": weights, "rate": rate})
+    for by_batch in (False, True):
+        weights, rate = ppo_after_updates(envs, multi, by_batch)
+        problem = distributed.first_problem(f"of {place.rank}" if by_batch and place.rank else None)
+        end = {"weights": weights, "rate": rate, "problem": problem}
+        save_torch(folder / f"{'by_batch' if by_batch else 'end'}{place.rank}.pt", end)
 
 
 def process(rank, port, folder, job, timeout_s):
@@ -199,12 +203,14 @@ def test_processes_see_different_samples_and_end_with_the_same_policy_and_one_wr
 def test_two_processes_with_half_the_samples_take_the_steps_of_one_with_all(tmp_path):
     statuses, errors = together(tmp_path, update_half_of_the_samples)
     assert statuses == [0, 0], errors
-    first, second = ends(tmp_path)
-    assert torch.equal(first["weights"], second["weights"])
     torch.set_num_threads(1)
-    weights, rate = ppo_after_updates(list(range(8)))
-    torch.testing.assert_close(first["weights"], weights, atol=2e-5, rtol=1e-4)
-    assert first["rate"] == second["rate"] == rate
+    for name, by_batch in (("end", False), ("by_batch", True)):
+        first, second = (load_torch(tmp_path / f"{name}{rank}.pt") for rank in range(SIZE))
+        assert torch.equal(first["weights"], second["weights"])
+        weights, rate = ppo_after_updates(list(range(8)), by_batch=by_batch)
+        torch.testing.assert_close(first["weights"], weights, atol=2e-5, rtol=1e-4)
+        assert first["rate"] == second["rate"] == rate
+        assert first["problem"] == second["problem"] == ("of 1" if by_batch else None)
 
 
 def test_a_signal_to_one_process_ends_all_after_the_same_iteration(tmp_path):

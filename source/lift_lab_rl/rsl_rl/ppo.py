@@ -178,6 +178,8 @@ class PiecewisePPO(PPO):
         step = self.storage.step
         if "time_outs" in extras:
             self._time_outs[step].copy_(extras["time_outs"].view(-1, 1))
+        else:
+            self._time_outs[step].zero_()
         self.transition.rewards = rewards
         self.transition.dones = dones
         self.storage.add_transition(self.transition)
@@ -275,7 +277,11 @@ class PiecewisePPO(PPO):
         }
         if self.normalize_advantage_per_mini_batch:
             parts = samples["advantages"].view(self.num_mini_batches, -1)
-            samples["advantages"] = ((parts - parts.mean(1, True)) / (parts.std(1, keepdim=True) + 1e-8)).flatten()
+            if self.is_multi_gpu:
+                scaled = torch.stack([distributed.standardise(part) for part in parts])
+            else:
+                scaled = (parts - parts.mean(1, True)) / (parts.std(1, keepdim=True) + 1e-8)
+            samples["advantages"] = scaled.flatten()
         return samples
 
     @torch.no_grad()
