@@ -1,5 +1,6 @@
 """Checkpoints are whole or absent, runs are reproducible, and configuration arrives at rsl_rl as it was meant."""
 
+import errno
 import math
 import os
 import signal
@@ -12,6 +13,7 @@ from point_task import AgentCfg, PointEnv
 from tensordict import TensorDict
 
 from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab_rl import distributed
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import (
     LiftLabRunner,
@@ -22,6 +24,7 @@ from lift_lab_rl.rsl_rl import (
     export_policy_as_onnx,
     to_rsl_rl,
 )
+from lift_lab_rl.rsl_rl.best_policy import BEST
 from lift_lab_rl.rsl_rl.exporter import ExportError, check_export
 from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
 
@@ -207,6 +210,100 @@ def test_curves_hold_every_iteration_and_the_figures_of_the_study(tmp_path):
     assert {"Train/mean_reward", "Train/mean_episode_length", "Metrics/success", "Perf/total_fps"} <= tags
 
 
+class LogsItsReset(PointEnv):
+    """Keeps its last log until the next end of an episode, and begins with one of no episode."""
+
+    def __init__(self):
+        super().__init__()
+        self.log = {"Metrics/success": torch.tensor(0.5)}
+
+    def step(self, actions):
+        obs, reward, done, extras = super().step(actions)
+        self.log = extras["log"] or self.log
+        return obs, reward, done, extras | {"log": self.log}
+
+
+def test_a_log_of_no_episode_is_not_counted(monkeypatch):
+    torch.manual_seed(5)
+    runner = LiftLabRunner(LogsItsReset(), to_rsl_rl(AgentCfg()))
+    terms = []
+    monkeypatch.setattr(runner, "_keep_best", lambda report: terms.append(report.terms))
+    runner.learn(3)  # of 8 steps each; all episodes have 20
+    success = runner.env.log["Metrics/success"].item()
+    assert terms == [{}, {}, {"Metrics/success": pytest.approx(success)}]
+
+
+# -- continuing
+
+
+def resumed(folder, cfg=None, env=None, log_dir=None, iteration=4, **settings):
+    """A runner that loaded a checkpoint, and what it said of the state beside it."""
+    runner = LiftLabRunner(env or PointEnv(), to_rsl_rl(cfg or AgentCfg()), log_dir, **settings)
+    path = folder / f"model_{iteration}.pt"
+    runner.load(str(path))
+    return runner, runner.load_resume_state(path)
+
+
+def test_the_steps_of_a_run_are_counted_also_with_another_number_of_environments(tmp_path):
+    train(tmp_path)
+    runner, said = resumed(tmp_path, env=PointEnv(4), fingerprint="other")
+    assert said == "the configuration differs from the saved run's: starting fresh episodes"
+    runner.learn(1)
+    assert runner.total_steps == 4 * 8 * 32 + 8 * 4
+    (tmp_path / "resume_state_4.pt").unlink()
+    runner, said = resumed(tmp_path, env=PointEnv(4))
+    assert said == "no resume_state_4.pt beside the checkpoint: starting fresh episodes"
+    runner.learn(1)
+    assert runner.total_steps == 5 * 8 * 4
+
+
+def test_a_broken_state_leaves_the_checkpoint_its_use(tmp_path):
+    train(tmp_path)
+    path = tmp_path / "resume_state_4.pt"
+    path.write_bytes(path.read_bytes()[:1000])
+    runner, said = resumed(tmp_path)
+    assert said.startswith(f"cannot read '{path}'")
+    assert said.endswith(": starting fresh episodes")
+    assert runner.learn(1)
+
+
+def test_no_process_continues_where_another_cannot(tmp_path, monkeypatch):
+    train(tmp_path)
+    told = []
+    monkeypatch.setattr(distributed, "first_problem", lambda problem: told.append(problem) or "no rank1_state_4.pt")
+    runner, said = resumed(tmp_path)
+    assert said == "no rank1_state_4.pt: starting fresh episodes"
+    assert told == [None]
+    assert not runner.continues_exactly
+
+
+def test_a_disk_that_is_too_full_for_the_state_still_gets_the_model(tmp_path, monkeypatch):
+    def save(path, content):
+        if Path(path).name.startswith("resume_state"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        save_torch(path, content)
+
+    monkeypatch.setattr("lift_lab_rl.rsl_rl.runner.save_torch", save)
+    with pytest.raises(FileError, match=r"cannot write '.*resume_state_2\.pt': No space left on device"):
+        train(tmp_path)
+    assert checkpoint_iteration(tmp_path / "model_2.pt") == 2
+
+
+@pytest.mark.parametrize("there", ["older", "newer", "broken", "none"])
+def test_the_best_policy_to_beat_is_one_that_there_is(tmp_path, there):
+    runner, _ = train(tmp_path / "before")
+    runner._best.rank = (0.5, 1.0)
+    save_torch(tmp_path / "before" / "resume_state_4.pt", runner.resume_state())
+    best = tmp_path / "before" / BEST
+    if there == "broken":
+        best.write_bytes(b"no model")
+    elif there != "none":
+        save_torch(best, {"iter": {"older": 3, "newer": 5}[there]})
+    after, _ = resumed(tmp_path / "before", log_dir=tmp_path / "after")
+    assert after._best.rank == ((0.5, 1.0) if there == "older" else None)
+    assert (tmp_path / "after" / BEST).is_file() == (there == "older")
+
+
 # -- configuration
 
 
@@ -237,6 +334,9 @@ def test_recurrent_networks_carry_their_layers():
     settings = {k: v for k, v in vars(cfg.policy).items() if k != "class_name"}
     cfg.policy = RslRlPpoActorCriticRecurrentCfg(**settings, rnn_type="gru", rnn_hidden_dim=6, rnn_num_layers=1)
     plain = to_rsl_rl(cfg)
+    cfg.policy.rnn_type = "grru"
+    with pytest.raises(ConfigError, match=r"agent\.policy\.rnn_type: no memory 'grru'; did you mean 'gru'"):
+        to_rsl_rl(cfg)
     assert plain["actor"]["class_name"] == "RNNModel"
     assert plain["critic"]["rnn_hidden_dim"] == 6
     runner = LiftLabRunner(PointEnv(), plain)
@@ -314,6 +414,18 @@ def test_the_schedule_of_curiosity_continues_where_it_was(tmp_path):
     after.load(str(tmp_path / "model_4.pt"))
     assert after.alg.rnd.update_counter == before.alg.rnd.update_counter == 32
     assert after.alg.rnd.weight == before.alg.rnd.weight < 0.02  # of a step of 0.02 s
+
+
+def test_the_scale_of_curious_rewards_continues_where_it_was(tmp_path):
+    cfg = AgentCfg()
+    cfg.algorithm.rnd_cfg = RslRlRndCfg(weight=1.0, num_outputs=4, reward_normalization=True)
+    cfg.obs_groups = {"policy": ["policy"], "rnd_state": ["policy"]}
+    before, _ = train(tmp_path, cfg=cfg)
+    after, said = resumed(tmp_path, cfg)
+    assert said == "continuing the episodes of iteration 4"
+    ours, theirs = (runner.alg.rnd.reward_normalizer.disc_avg.avg for runner in (after, before))
+    assert theirs.shape == (32,)
+    assert torch.equal(ours, theirs)
 
 
 def test_missing_agent_settings_are_listed_by_path():

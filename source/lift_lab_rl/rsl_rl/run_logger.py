@@ -68,14 +68,17 @@ class RunLogger(Logger):
         self._step = step + 1
 
     def episode_logs(self) -> dict[str, float]:
-        """The environment's logs of this rollout, each averaged over the episodes that ended."""
+        """The environment's logs of this rollout, each averaged over the episodes that ended.
+
+        What an environment logs without the end of an episode, as of the reset when it is made, is of no episode.
+        """
         if not self.ep_extras:
             return {}
-        ended = self._dones.sum(1).clamp(min=1).cpu()
-        keys = dict.fromkeys(key for log, _ in self.ep_extras for key in log)
+        ended = self._dones.sum(1).tolist()
+        logs = [(log, ended[step]) for log, step in self.ep_extras if ended[step]]
         means = {}
-        for key in keys:
-            pairs = [(log[key], ended[step].item()) for log, step in self.ep_extras if key in log]
+        for key in dict.fromkeys(key for log, _ in logs for key in log):
+            pairs = [(log[key], weight) for log, weight in logs if key in log]
             values = [float(v.float().mean()) if isinstance(v, torch.Tensor) else float(v) for v, _ in pairs]
             weights = [weight for _, weight in pairs]
             means[key] = sum(v * w for v, w in zip(values, weights, strict=True)) / sum(weights)

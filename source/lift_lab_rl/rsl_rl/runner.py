@@ -19,7 +19,7 @@ from rsl_rl.env import VecEnv
 from rsl_rl.runners import OnPolicyRunner
 from rsl_rl.utils import resolve_callable
 
-from lift_lab.utils.errors import ConfigError, LiftLabError
+from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
 from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.counters import counters, load_counters, manager_env
@@ -40,6 +40,9 @@ class LiftLabRunner(OnPolicyRunner):
 
     Attributes:
         current_learning_iteration: iterations finished (rsl_rl counts one less).
+        total_steps: steps of environments, of all processes and all runs that this one continues; None before the
+            first iteration.
+        continues_exactly: whether the episodes of a checkpoint go on.
     """
 
     logger: RunLogger
@@ -92,6 +95,7 @@ class LiftLabRunner(OnPolicyRunner):
             device=self.device,
         )
         self.current_learning_iteration = 0
+        self.total_steps: int | None = None
         self.continues_exactly = False
         self._best = BestPolicy(self.cfg.get("success_metric"))
 
@@ -187,10 +191,13 @@ class LiftLabRunner(OnPolicyRunner):
         if self.average is not None:
             self.average.update(self.current_learning_iteration)
         steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
+        if self.total_steps is None:  # a run that is continued without its count had as many environments
+            self.total_steps = (self.current_learning_iteration - 1) * steps
+        self.total_steps += steps
         report = IterationReport(
             iteration=self.current_learning_iteration,
             total_iterations=total,
-            total_steps=self.current_learning_iteration * steps,
+            total_steps=self.total_steps,
             steps=steps,
             collect_s=collected - start,
             learn_s=learned - collected,
@@ -270,13 +277,21 @@ class LiftLabRunner(OnPolicyRunner):
         if self.log_dir is None:
             return
         done = self.current_learning_iteration
-        # The state first: a model without its state is still a checkpoint, a state without its model is litter.
-        save_torch(self.log_dir / state_name(self.place, done), self.resume_state())
+        # The state first: after a kill in between it is litter, and the checkpoint before is continued exactly. On a
+        # full disk the model may still fit.
+        state_path, failure = self.log_dir / state_name(self.place, done), None
+        try:
+            save_torch(state_path, self.resume_state())
+        except OSError as error:
+            reason = error.strerror or error
+            failure = error if isinstance(error, FileError) else FileError(f"cannot write '{state_path}': {reason}")
         distributed.check_equal(self._shared_tensors(), "the policy")
         if self.place.is_main:
             path = self.log_dir / f"model_{done}.pt"
             self.save(str(path))
             self.logger.save_model(str(path), done)
+        if failure is not None:
+            raise failure
         remove_old_states(self.log_dir, self.place, keep=max(1, self.cfg.get("keep_resume_states", 3)))
 
     def save(self, path: str, infos: dict | None = None) -> None:
@@ -298,17 +313,24 @@ class LiftLabRunner(OnPolicyRunner):
 
     def resume_state(self) -> dict[str, Any]:
         """Everything besides the model that the next iteration depends on."""
-        env = manager_env(self.env)
+        env, returns = manager_env(self.env), self._curious_returns()
         return {
             "iteration": self.current_learning_iteration,
             "fingerprint": self.fingerprint,
             "env": None if env is None else env_state(env),
             "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
+            "total_steps": self.total_steps,
             "logger": self.logger.state_dict(),
             "rng": rng_state(),
             "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in self._networks()],
+            **({} if returns is None else {"curious_returns": _copied_to(returns.avg, "cpu")}),
             **self._best.state_dict(),
         }
+
+    def _curious_returns(self) -> Any:
+        """What holds the discounted rewards by which curiosity is scaled; None without such a scale."""
+        rnd: Any = self.alg.rnd
+        return getattr(rnd.reward_normalizer, "disc_avg", None) if rnd else None
 
     def _networks(self) -> list[Any]:
         alg: Any = self.alg
@@ -391,18 +413,22 @@ class LiftLabRunner(OnPolicyRunner):
             What was done, in words for the user.
         """
         path = Path(checkpoint).with_name(state_name(self.place, self.current_learning_iteration))
-        if not path.is_file():
-            return f"no {path.name} beside the checkpoint: starting fresh episodes"
-        state = load_torch(path, map_location="cpu")
-        if state["fingerprint"] != self.fingerprint:
-            return "the configuration differs from the saved run's: starting fresh episodes"
+        state, problem = self._read_state(path)
+        self.total_steps = state.get("total_steps")
+        # All processes continue, or none does.
+        problem = distributed.first_problem(problem)
+        if problem is not None:
+            return f"{problem}: starting fresh episodes"
         env = manager_env(self.env)
         try:
             if env is not None:
                 load_env_state(env, state["env"])
         except (StateMismatchError, ConfigError) as error:
+            problem = str(error)
+        problem = distributed.first_problem(problem)
+        if problem is not None:
             self.env.reset()  # type: ignore[attr-defined]
-            return f"{error}: starting fresh episodes"
+            return f"{problem}: starting fresh episodes"
         restore = getattr(self.env, "restore_observations", None)
         if restore is not None:
             restore({key: value.to(self.env.device) for key, value in state["obs"].items()})
@@ -410,18 +436,38 @@ class LiftLabRunner(OnPolicyRunner):
         for network, memory in zip(self._networks(), state.get("memory", ()), strict=False):
             if memory is not None:
                 network.reset(hidden_state=_copied_to(memory, self.device))
+        returns = self._curious_returns()
+        if returns is not None:
+            returns.avg = _copied_to(state.get("curious_returns"), self.device)
         self._best.load_state_dict(state)
         self._adopt_best(Path(checkpoint).with_name(BEST))
         load_rng_state(state["rng"])
         self.continues_exactly = True
         return f"continuing the episodes of iteration {self.current_learning_iteration}"
 
+    def _read_state(self, path: Path) -> tuple[dict[str, Any], str | None]:
+        """A process's state, and why it cannot be continued from (None if it can)."""
+        if not path.is_file():
+            return {}, f"no {path.name} beside the checkpoint"
+        try:
+            state = load_torch(path, map_location="cpu")
+        except FileError as error:
+            return {}, str(error)
+        same = state["fingerprint"] == self.fingerprint
+        return state, None if same else "the configuration differs from the saved run's"
+
     def _adopt_best(self, path: Path) -> None:
-        """Copy the best policy of the run that is continued, if it had it by now."""
-        if self._best.rank is None or self.log_dir is None or not self.place.is_main or not path.is_file():
+        """Copy the best policy of the run that is continued; without that file there is none to beat."""
+        if self._best.rank is None or self.log_dir is None or not self.place.is_main:
             return
-        if checkpoint_iteration(path) <= self.current_learning_iteration:
+        try:
+            known = checkpoint_iteration(path) <= self.current_learning_iteration
+        except (FileError, ConfigError):
+            known = False
+        if known:
             write_atomically(self.log_dir / path.name, path.read_bytes())
+        else:
+            self._best.rank = None
 
 
 def _copied_to(memory: Any, device: str) -> Any:

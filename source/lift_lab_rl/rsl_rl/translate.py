@@ -20,6 +20,9 @@ from .wandb_writer import require_logger
 _OBS_SETS = ("actor", "critic", "rnd_state")
 """What rsl_rl's on-policy runner takes groups of observations for."""
 
+_MEMORIES = ("lstm", "gru")
+"""Kinds of recurrent networks; rsl_rl takes any other name for the first."""
+
 PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
 WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
 
@@ -73,6 +76,9 @@ def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tu
         raise ConfigError(f"agent.policy.activation: {error}") from error
     common: dict[str, Any] = {"class_name": names[policy.class_name], "activation": policy.activation}
     if isinstance(policy, RslRlPpoActorCriticRecurrentCfg):
+        if str(policy.rnn_type).lower() not in _MEMORIES:
+            hint = suggest(str(policy.rnn_type), _MEMORIES)
+            raise ConfigError(f"agent.policy.rnn_type: no memory '{policy.rnn_type}'; {hint}")
         common |= {key: getattr(policy, key) for key in ("rnn_type", "rnn_hidden_dim", "rnn_num_layers")}
     elif common["class_name"] == "RNNModel":
         raise ConfigError("agent.policy: 'ActorCriticRecurrent' needs an RslRlPpoActorCriticRecurrentCfg")
