@@ -13,7 +13,7 @@ import numpy as np
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.errors import ConfigError, FileError, suggest
 
 from .sb3 import Sb3VecEnvWrapper, process_sb3_cfg
 
@@ -37,6 +37,7 @@ def build(
         configuration trains for.
 
     Raises:
+        FileError: observations are to be normalised, and the checkpoint's statistics are not there.
         ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know.
     """
     if not training:  # whatever the number of environments, there is nothing to cut into parts
@@ -61,7 +62,12 @@ def build(
     if checkpoint is not None:
         agent.set_parameters(str(checkpoint), device=agent.device)
         stats = statistics_path(checkpoint)
-        if isinstance(vec_env, VecNormalize) and stats.is_file():
+        if isinstance(vec_env, VecNormalize) and (vec_env.norm_obs or stats.is_file()):
+            if not stats.is_file():
+                raise FileError(
+                    f"'{checkpoint}' lacks its statistics of observations, '{stats}' (if it was trained without them: "
+                    "agent.normalize_input=false)"
+                )
             loaded = VecNormalize.load(str(stats), env)
             vec_env.obs_rms, vec_env.ret_rms = loaded.obs_rms, loaded.ret_rms
     return agent, vec_env, timesteps

@@ -8,7 +8,7 @@ import torch
 pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is not installed (the extra 'sb3')")
 
 import lift_lab_tasks  # noqa: F401
-from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.sb3 import Sb3VecEnvWrapper, process_sb3_cfg
 from lift_lab_rl.sb3_runs import build, save, statistics_path
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
@@ -179,3 +179,7 @@ def test_statistics_of_observations_are_saved_beside_the_model(make, tmp_path):
         first = agent.predict(vec_env.normalize_obs(raw), deterministic=True)[0]
         second = loaded.predict(again.normalize_obs(raw), deterministic=True)[0]
         np.testing.assert_array_equal(first, second)
+    statistics_path(path).unlink()
+    with pytest.raises(FileError, match=r"model_96_steps.zip' lacks .* '.*model_vecnormalize_96_steps.pkl'"):
+        build(env, cfg, path, training=False)
+    build(env, cfg | {"normalize_input": False}, path, training=False)
