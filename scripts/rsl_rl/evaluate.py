@@ -53,11 +53,11 @@ def main() -> int:
     from lift_lab_tasks.utils.parse_cfg import names_path
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    if args.experiment_name is not None:
-        agent_cfg.experiment_name = args.experiment_name
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    if args.experiment_name is not None:
+        agent_cfg.experiment_name = args.experiment_name
     for text in args.perturb:
         perturb(env_cfg, text)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)

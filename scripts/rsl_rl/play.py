@@ -63,9 +63,9 @@ def main() -> int:
     if args.video:
         require_video()
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     if args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     apply_video_args(args, env_cfg)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)

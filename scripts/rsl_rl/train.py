@@ -69,6 +69,7 @@ def main() -> int:
             console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
+    runs.check_given_once(env_cfg, agent_cfg, args, overrides)
     for name in ("max_iterations", "run_name", "experiment_name", "load_run", "logger"):
         if getattr(args, name) is not None:
             setattr(agent_cfg, name, getattr(args, name))
@@ -77,8 +78,9 @@ def main() -> int:
         if agent_cfg.logger == "tensorboard":
             raise ConfigError("--log_project_name needs --logger wandb")
         setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
-    if place.is_distributed and args.num_threads is None and env_cfg.sim.num_threads is None:
-        args.num_threads = place.num_threads()
+    if place.is_distributed:
+        for cfg in (env_cfg.sim, agent_cfg):
+            cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
     env_cfg.sim.device, agent_cfg.device = place.device(env_cfg.sim.device), place.device(agent_cfg.device)
     args.video = args.video and place.is_main

@@ -63,10 +63,10 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     env_cfg, agent_cfg = compose(args.task, None if args.agent in SCRIPTED else args.agent, overrides)
     if agent_cfg is None and args.checkpoint is not None:
         raise ConfigError(f"--agent {args.agent} needs no --checkpoint")
-    if agent_cfg is not None and args.experiment_name is not None:
-        agent_cfg.experiment_name = args.experiment_name
     configured = env_cfg.scene.num_envs
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    if agent_cfg is not None and args.experiment_name is not None:
+        agent_cfg.experiment_name = args.experiment_name
     if args.num_envs is None and not any("scene.num_envs=" in text for text in overrides):
         env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed

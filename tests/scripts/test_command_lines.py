@@ -164,6 +164,11 @@ def test_tasks_are_listed(script):
         ("rsl_rl/train.py", [*SMALL, "--device", "cuda:77"], "'cuda:77' is not available"),
         ("rsl_rl/train.py", [*SMALL, "--agent", "rsl_cfg"], "has no 'rsl_cfg'; choose one of"),
         ("rsl_rl/train.py", [*SMALL, "--checkpoint", "x.pt"], "add --resume"),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--max_iterations", "3", "agent.max_iterations=5"],
+            "--max_iterations 3 and agent.max_iterations=5: give one of them",
+        ),
         ("rsl_rl/train.py", [*SMALL, "--logger", "neptune"], "neptune's service ended"),
         ("rsl_rl/train.py", [*SMALL, "--log_project_name", "a"], "--log_project_name needs --logger wandb"),
         ("rsl_rl/train.py", [*SMALL, "--experiment_name", "none", "--resume"], "train first"),

@@ -10,7 +10,7 @@ from typing import Any
 from lift_lab.utils.errors import ConfigError, FileError
 
 from .parse_cfg import get_checkpoint_path, names_path
-from .runs import apply_flags
+from .runs import apply_flags, check_given_once
 
 
 def task_folder(task: str) -> str:
@@ -72,12 +72,13 @@ def apply_dict_flags(
         training: whether a policy is trained, not shown.
 
     Raises:
-        ConfigError: the agent's configuration is not a dictionary.
+        ConfigError: the agent's configuration is not a dictionary, or a flag and an override differ.
     """
     if not isinstance(agent_cfg, dict):
         raise ConfigError(f"--agent {args.agent} is a {type(agent_cfg).__name__}: this library reads dictionaries")
+    check_given_once(env_cfg, agent_cfg, args, overrides)
     apply_flags(env_cfg, None, args, task, overrides, training)
-    if args.seed is not None:
+    if args.seed is not None or names_path(overrides, "env.seed"):
         agent_cfg["seed"] = env_cfg.seed
-    elif agent_cfg.get("seed") is not None and not names_path(overrides, "env.seed"):
+    elif agent_cfg.get("seed") is not None:
         env_cfg.seed = agent_cfg["seed"]

@@ -212,6 +212,48 @@ def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:
             terms[name] = None
 
 
+_FLAG_PATHS = {
+    "num_envs": ["env.scene.num_envs"],
+    "seed": ["env.seed", "agent.seed"],
+    "device": ["env.sim.device", "agent.device"],
+    "num_threads": ["env.sim.num_threads", "agent.num_threads"],
+    "max_iterations": ["agent.max_iterations", "agent.n_timesteps", "agent.trainer.timesteps"],
+    **{name: [f"agent.{name}"] for name in ("run_name", "experiment_name", "load_run", "logger")},
+}
+"""What flags of the scripts set in the configurations."""
+
+
+def check_given_once(env_cfg: Any, agent_cfg: Any, args: Any, overrides: Sequence[str]) -> None:
+    """Refuse a setting that a flag and an override, or two overrides, give different values.
+
+    Args:
+        env_cfg: environment configuration with the overrides, but without the flags.
+        agent_cfg: agent configuration, likewise; an object, a dictionary or None.
+        args: flags.
+        overrides: overrides that were applied.
+
+    Raises:
+        ConfigError: there is such a setting.
+    """
+    given = {}
+    for flag, paths in _FLAG_PATHS.items():
+        for path in (path for path in paths if names_path(overrides, path)):
+            owner, *names = path.split(".")
+            value: Any = {"env": env_cfg, "agent": agent_cfg}[owner]
+            if value is None:
+                continue
+            for name in names:
+                value = value.get(name) if isinstance(value, dict) else getattr(value, name, None)
+            given[path] = value
+            wanted = getattr(args, flag, None)
+            if wanted is not None and wanted != value:
+                raise ConfigError(f"--{flag} {wanted} and {path}={value}: give one of them")
+    seeds = {path: given[path] for path in _FLAG_PATHS["seed"] if path in given}
+    if len(set(seeds.values())) > 1:
+        text = " and ".join(f"{path}={seed}" for path, seed in seeds.items())
+        raise ConfigError(f"{text}: environment and agent share their random numbers; give one seed")
+
+
 def apply_flags(
     env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: Sequence[str], training: bool = False
 ) -> None:
@@ -224,9 +266,13 @@ def apply_flags(
         task: id of the task.
         overrides: overrides that were applied; what they name is not replaced by a default.
         training: whether a policy is trained, not shown or judged.
+
+    Raises:
+        ConfigError: a flag and an override differ.
     """
     from lift_lab.sim.simulation_context import resolve_device
 
+    check_given_once(env_cfg, agent_cfg, args, overrides)
     if not training:
         leave_out_exploration(env_cfg, overrides)
     if getattr(args, "device", None):
@@ -247,7 +293,9 @@ def apply_flags(
         return
     if seed is not None:
         agent_cfg.seed = seed
-    elif not names_path(overrides, "env.seed"):
+    elif names_path(overrides, "env.seed"):
+        agent_cfg.seed = env_cfg.seed
+    else:
         env_cfg.seed = agent_cfg.seed
     if getattr(args, "num_threads", None) is not None:
         agent_cfg.num_threads = args.num_threads

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import gymnasium as gym
 import pytest
@@ -11,7 +11,9 @@ from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, FileError, NotFoundError
 from lift_lab_tasks.utils import get_checkpoint_path, load_cfg_from_registry, registered_tasks
 from lift_lab_tasks.utils.hydra import compose, hydra_task_config
+from lift_lab_tasks.utils.library_runs import apply_dict_flags
 from lift_lab_tasks.utils.parse_cfg import names_path
+from lift_lab_tasks.utils.runs import apply_flags
 
 
 def lifted(env):
@@ -259,6 +261,28 @@ def test_the_newest_checkpoint_of_the_newest_run_that_has_one_is_found(tmp_path)
         get_checkpoint_path(tmp_path / "absent")
     with pytest.raises(ConfigError, match="not a regular expression"):
         get_checkpoint_path(tmp_path, "(")
+
+
+@pytest.mark.parametrize("entry", ["rsl_rl_cfg_entry_point", "sb3_cfg_entry_point"])
+def test_environment_and_agent_have_one_seed(entry):
+    import lift_lab_tasks  # noqa: F401
+
+    def seeds(*overrides, **flags):
+        env_cfg, agent_cfg = compose("Cartpole", entry, list(overrides))
+        args = SimpleNamespace(**{"device": "cpu", "seed": None, "agent": entry} | flags)
+        apply = apply_dict_flags if isinstance(agent_cfg, dict) else apply_flags
+        apply(env_cfg, agent_cfg, args, "Cartpole", overrides)
+        return env_cfg.seed, agent_cfg["seed"] if isinstance(agent_cfg, dict) else agent_cfg.seed
+
+    assert seeds() == (42, 42)
+    assert seeds("env.seed=3") == seeds("agent.seed=3") == seeds(seed=3) == (3, 3)
+    assert seeds("env.seed=3", "agent.seed=3", seed=3) == (3, 3)
+    with pytest.raises(ConfigError, match=r"env\.seed=3 and agent\.seed=5: .* give one seed"):
+        seeds("env.seed=3", "agent.seed=5")
+    with pytest.raises(ConfigError, match=r"--seed 3 and agent\.seed=5: give one of them"):
+        seeds("agent.seed=5", seed=3)
+    with pytest.raises(ConfigError, match=r"--num_envs 2 and env\.scene\.num_envs=7: give one of them"):
+        seeds("env.scene.num_envs=7", num_envs=2)
 
 
 def lift(*overrides):
