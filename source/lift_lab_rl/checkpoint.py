@@ -40,9 +40,11 @@ _FOREIGN = frozenset(
 )
 """Top-level modules whose objects are not looked into."""
 
-_SKIPPED_ATTRIBUTES = frozenset({"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned", "_debug_vis"})
-"""Attributes that lead back to the environment, to the engine, or to what the model was built from, or that say
-whether markers are shown: a run may be filmed or not."""
+_SKIPPED_ATTRIBUTES = frozenset(
+    {"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned", "_debug_vis", "log_counts"}
+)
+"""Attributes that lead back to the environment, to the engine, or to what the model was built from, that say whether
+markers are shown (a run may be filmed or not), or that belong to the last reset's log."""
 
 _CACHES = frozenset({"_cache"})
 """Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""

@@ -84,7 +84,7 @@ class Evaluation:
     """Environment step in s."""
     episodes: list[Episode] = field(default_factory=list)
     logs: dict[str, float] = field(default_factory=dict)
-    """The environment's logs (``Episode_Reward/...``, ``Metrics/...``), each averaged over the counted episodes."""
+    """The environment's logs (``Episode_Reward/...``, ``Metrics/...``), each averaged over its counted episodes."""
 
     def success_rate(self, count: int | None = None) -> float:
         """Share of the first ``count`` episodes (None: of all) that succeeded at any step."""
@@ -193,7 +193,7 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     lengths = torch.zeros(env.num_envs, dtype=torch.long, device=env.device)
     obs = env.get_observations()
     left = env.num_envs * rounds
-    logs: dict[str, list[tuple[float, int]]] = {}
+    logs: dict[str, list[tuple[float, float]]] = {}
     with torch.inference_mode(), _curriculum_held(inner):
         while left:
             obs, rewards, dones, extras = env.step(policy(obs))
@@ -214,11 +214,13 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
                     end = next((name for name, flags in zip(names, ends, strict=True) if flags[k]), "physics failure")
                     finished[env_id].append(Episode(total, length, step, end))
                     left -= 1
-            # A log is a mean over all episodes that ended in this step: those beyond the rounds come along.
+            # A log is a mean over all episodes that ended in this step, or those of them that ``log_counts`` numbers:
+            # those beyond the rounds come along.
             if counted > left:
+                counts, own = extras.get("log_counts", {}), counted - left
                 for key, value in extras.get("log", {}).items():
                     if key.startswith(("Episode_Reward/", "Metrics/")):
-                        logs.setdefault(key, []).append((float(value), counted - left))
+                        logs.setdefault(key, []).append((float(value), own * counts.get(key, len(ids)) / len(ids)))
             returns[ids] = 0.0
             lengths[ids] = 0
             probe.first_step[ids] = 0

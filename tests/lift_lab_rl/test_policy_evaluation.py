@@ -61,6 +61,18 @@ def test_short_episodes_count_no_more_than_long_ones():
     assert result.summary()["ends"] == {"drop": 2, "time_out": 2}
 
 
+def test_means_over_some_of_the_episodes_weigh_as_many():
+    class Logs(CountingEnv):
+        """Of the two episodes that end in step 2 one is behind the mean, of the one in step 5 that one."""
+
+        def step(self, actions):
+            obs, rewards, dones, _ = super().step(actions)
+            log = {"Metrics/some": 2.0 if dones.sum() == 2 else 6.0}
+            return obs, rewards, dones, {"log": log, "log_counts": {"Metrics/some": 1}}
+
+    assert evaluate(Logs(lengths=[2, 2, 5], wins=[0, 0, 0]), lambda obs: None, 3).logs == {"Metrics/some": 4.0}
+
+
 def test_a_policy_with_a_memory_forgets_at_the_end_of_an_episode():
     env, forgotten = CountingEnv(lengths=[2, 4], wins=[0, 0]), []
 

@@ -233,6 +233,25 @@ def test_a_log_of_no_episode_is_not_counted(monkeypatch):
     assert terms == [{}, {}, {"Metrics/success": pytest.approx(success)}]
 
 
+class CountsItsLog(PointEnv):
+    """Two episodes end in step 2, three in step 4; one and all of them are behind ``Metrics/some``."""
+
+    def step(self, actions):
+        obs, reward, done, extras = super().step(actions)
+        ended = {2: 2, 4: 3}.get(self.steps, 0)
+        done = (torch.arange(self.num_envs) < ended).long()
+        log = {"Metrics/some": float(self.steps), "Metrics/all": float(self.steps)} if ended else {}
+        return obs, reward, done, extras | {"log": log, "log_counts": {"Metrics/some": {2: 1}.get(self.steps, ended)}}
+
+
+def test_means_over_some_of_the_episodes_weigh_as_many(monkeypatch):
+    runner = LiftLabRunner(CountsItsLog(), to_rsl_rl(AgentCfg()))
+    terms = []
+    monkeypatch.setattr(runner, "_keep_best", lambda report: terms.append(report.terms))
+    runner.learn(1)
+    assert terms == [{"Metrics/some": (1 * 2 + 3 * 4) / 4, "Metrics/all": (2 * 2 + 3 * 4) / 5}]
+
+
 # -- continuing
 
 

@@ -53,6 +53,10 @@ def test_time_to_success_counts_only_episodes_that_succeeded(env):
     assert term.metrics["success"].tolist() == [0.0, 1.0, 0.0]
     log = term.reset(torch.tensor([0, 1]))
     assert float(log["time_to_success_s"]) == pytest.approx(4 * 0.02)
+    counts = term.log_counts
+    assert set(counts) == set(log)
+    assert counts.pop("time_to_success_s") == 1  # of those that end, one succeeded
+    assert set(counts.values()) == {2}
     assert float(log["success"]) == 0.5
     assert "time_to_success_s" not in term.reset(torch.tensor([1, 2]))
 

@@ -119,6 +119,8 @@ def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_go
     log = extras["log"]
     assert float(log["Metrics/object_pose/success"]) == pytest.approx(len(succeeded) / len(counted))
     assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(0.02 * (7 if share else 7.5))
+    counts = [extras["log_counts"][f"Metrics/object_pose/{name}"] for name in ("success", "time_to_success_s")]
+    assert counts == [len(counted), len(succeeded)]
 
 
 def test_a_failure_of_the_physics_ends_its_episode_and_reaches_no_other_number(env):

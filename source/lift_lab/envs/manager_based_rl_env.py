@@ -266,6 +266,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self.recorder_manager,
         ):
             log.update(manager.reset(env_ids))
+        self.extras["log_counts"] = self.command_manager.log_counts
         for kind, count in self._failure_counts.items():
             log[f"Metrics/physics/{kind}"] = count
             self._failure_counts[kind] = 0.0

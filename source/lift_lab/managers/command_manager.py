@@ -34,10 +34,13 @@ class CommandTerm(DebugVisTerm, ABC):
     command_counter: torch.Tensor
     """Commands drawn in the current episode. Shape is (num_envs,)."""
 
+    log_counts: dict[str, int]
+    """Episodes behind the means that the last :meth:`reset` returned; those not named are of all that ended."""
+
     def __init__(self, cfg: CommandTermCfg, env: ManagerBasedRLEnv):
         """Make the timers; every one is due at the first :meth:`compute` or :meth:`reset`."""
         super().__init__(cfg, env)
-        self.metrics = {}
+        self.metrics, self.log_counts = {}, {}
         self.time_left = torch.zeros(self.num_envs, device=self.device)
         self.command_counter = torch.zeros(self.num_envs, device=self.device, dtype=torch.long)
         self._due_ids: torch.Tensor | None = None
@@ -59,7 +62,9 @@ class CommandTerm(DebugVisTerm, ABC):
         counted, self._counted_ids = self._counted_ids, None
         if counted is None:
             counted = self.counted_ids(ids)
+        self.log_counts = {}
         extras = self._episode_means(counted) if self.metrics and len(counted) > 0 else {}
+        self.log_counts = dict.fromkeys(extras, len(counted)) | self.log_counts
         for value in self.metrics.values():
             value.index_fill_(0, ids, 0.0)
         self.command_counter.index_fill_(0, ids, 0)
@@ -84,7 +89,10 @@ class CommandTerm(DebugVisTerm, ABC):
         return env_ids if counts is None else env_ids[counts[env_ids]]
 
     def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
-        """Mean of each metric over some environments, at least one, whose episode ends: 0-dim tensors."""
+        """Mean of each metric over some environments, at least one, whose episode ends: 0-dim tensors.
+
+        Of a mean over fewer of them :attr:`log_counts` is told.
+        """
         means = torch.stack(list(self.metrics.values())).index_select(1, env_ids).mean(dim=1)
         return dict(zip(self.metrics, means.unbind(), strict=True))
 
@@ -180,6 +188,12 @@ class CommandManager(ObjectTermManager):
             for metric, value in term.reset(env_ids=env_ids).items():
                 extras[f"Metrics/{name}/{metric}"] = value
         return extras
+
+    @property
+    def log_counts(self) -> dict[str, int]:
+        """Episodes behind entries of the last :meth:`reset`'s log; those not named are of all episodes that ended."""
+        terms = self._terms.items()
+        return {f"Metrics/{name}/{key}": count for name, term in terms for key, count in term.log_counts.items()}
 
     def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
         """What every term can tell of the next :meth:`compute`; see :meth:`CommandTerm.foretell`."""

@@ -47,14 +47,15 @@ class RunLogger(Logger):
         Args:
             rewards: shape (num_envs,).
             dones: shape (num_envs,).
-            extras: with the environment's ``log``.
+            extras: with the environment's ``log``, and in ``log_counts`` how many episodes an entry is the mean of, if
+                not of all that ended.
             intrinsic_rewards: shape (num_envs,).
         """
         step, done = self._step, dones > 0
         # An environment keeps its last log until the next reset: each is counted once.
         log = extras.get("log")
         if log and log is not self._last_log:
-            self.ep_extras.append((dict(log), step))
+            self.ep_extras.append((dict(log), step, extras.get("log_counts", {})))
             self._last_log = log
         self._rewards[step] = rewards
         total = rewards if intrinsic_rewards is None else rewards + intrinsic_rewards
@@ -68,17 +69,17 @@ class RunLogger(Logger):
         self._step = step + 1
 
     def episode_logs(self) -> dict[str, float]:
-        """The environment's logs of this rollout, each averaged over the episodes that ended.
+        """The environment's logs of this rollout, each averaged over its episodes that ended.
 
         What an environment logs without the end of an episode, as of the reset when it is made, is of no episode.
         """
         if not self.ep_extras:
             return {}
         ended = self._dones.sum(1).tolist()
-        logs = [(log, ended[step]) for log, step in self.ep_extras if ended[step]]
+        logs = [(log, ended[step], counts) for log, step, counts in self.ep_extras if ended[step]]
         means = {}
-        for key in dict.fromkeys(key for log, _ in logs for key in log):
-            pairs = [(log[key], weight) for log, weight in logs if key in log]
+        for key in dict.fromkeys(key for log, *_ in logs for key in log):
+            pairs = [(log[key], counts.get(key, everyone)) for log, everyone, counts in logs if key in log]
             values = [float(v.float().mean()) if isinstance(v, torch.Tensor) else float(v) for v, _ in pairs]
             weights = [weight for _, weight in pairs]
             means[key] = sum(v * w for v, w in zip(values, weights, strict=True)) / sum(weights)

@@ -121,6 +121,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         if succeeded is None:
             succeeded = env_ids[self.metrics["success"][env_ids] > 0]
         if len(succeeded):
+            self.log_counts["time_to_success_s"] = len(succeeded)
             means["time_to_success_s"] = self._success_step[succeeded].float().mean() * self._env.step_dt
         return means
 
