@@ -191,13 +191,14 @@ class LiftLabRunner(OnPolicyRunner):
         if self.average is not None:
             self.average.update(self.current_learning_iteration)
         steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
-        if self.total_steps is None:  # a run that is continued without its count had as many environments
-            self.total_steps = (self.current_learning_iteration - 1) * steps
-        self.total_steps += steps
+        total_steps = self.total_steps
+        if total_steps is None:  # a run that is continued without its count had as many environments
+            total_steps = (self.current_learning_iteration - 1) * steps
+        self.total_steps = total_steps = total_steps + steps
         report = IterationReport(
             iteration=self.current_learning_iteration,
             total_iterations=total,
-            total_steps=self.total_steps,
+            total_steps=total_steps,
             steps=steps,
             collect_s=collected - start,
             learn_s=learned - collected,

@@ -149,7 +149,8 @@ def find_checkpoint(
     folder = experiment_dir(agent_cfg)
 
     def newest(pattern: str) -> Path:
-        prefer = None if task is None else lambda place: trained_task(place) == pretrained_name(task)
+        own = None if task is None else pretrained_name(task)
+        prefer = None if own is None else lambda place: trained_task(place) == own
         return Path(get_checkpoint_path(folder, run or ".*", pattern, prefer=prefer))
 
     if wanted in (None, "", "latest"):
