@@ -61,6 +61,73 @@ def test_time_to_success_counts_only_episodes_that_succeeded(env):
     assert "time_to_success_s" not in term.reset(torch.tensor([1, 2]))
 
 
+@pytest.fixture
+def before_resets(env, monkeypatch):
+    """What the object's position and the joints' velocities were when episodes ended: a pair for each such step."""
+    seen, reset_idx = [], env._reset_idx
+
+    def look(env_ids):
+        data = env.scene["object"].data.root_pos_w, env.scene["robot"].data.joint_vel[:, :7]
+        seen.append(tuple(value.clone() for value in data))
+        reset_idx(env_ids)
+
+    monkeypatch.setattr(env, "_reset_idx", look)
+    return seen
+
+
+def _end_with_the_next_step(env, index):
+    env.episode_length_buf[index] = env.max_episode_length - 1
+
+
+def test_what_happens_on_the_last_step_of_an_episode_counts(env, before_resets):
+    env.reset()
+    term = env.command_manager.get_term("object_pose")
+    _put(env, 0.3, 1)  # held
+    env.step(torch.zeros(3, 8))
+    for index in (0, 1):
+        _end_with_the_next_step(env, index)
+    term.pose_command_w[0, :3] = env.scene["object"].data.root_pos_w[0]
+    _put(env, 0.02, 1)  # and down
+    goals = term.pose_command_w[:, :3].clone()
+    *_, extras = env.step(torch.zeros(3, 8))
+    log = {name.rpartition("/")[2]: float(value) for name, value in extras["log"].items() if "object_pose" in name}
+    positions, _ = before_resets[-1]
+    assert log["success"] == 0.5
+    assert log["time_to_success_s"] == pytest.approx(env.max_episode_length_s)
+    assert log["object_position_error"] == pytest.approx(float((positions - goals).norm(dim=1)[:2].mean()), rel=1e-5)
+    assert log["first_pick_drop"] == 0.5
+
+
+def test_every_step_counts_once_for_the_smoothness_of_episodes_that_end_and_of_those_that_go_on(env, before_resets):
+    env.reset()
+    term = env.command_manager.get_term("object_pose")
+    actions = [torch.zeros(3, 8), *(0.1 * torch.randn(3, 8) for _ in range(4))]
+    speeds = [env.scene["robot"].data.joint_vel[:, :7].clone()]
+    for step, action in enumerate(actions[1:]):
+        if step == 2:
+            _end_with_the_next_step(env, 0)
+        *_, extras = env.step(action)
+        if step == 2:
+            log = dict(extras["log"])
+            speeds.append(before_resets[-1][1])
+        else:
+            speeds.append(env.scene["robot"].data.joint_vel[:, :7].clone())
+    changes = torch.stack([(b - a).square().sum(1) for a, b in pairwise(actions)])
+    accelerations = torch.stack([((b - a) / 0.02).square().mean(1) for a, b in pairwise(speeds)])
+    for name, values in (("squared_action_change", changes), ("squared_joint_acceleration", accelerations)):
+        torch.testing.assert_close(log[f"Metrics/object_pose/{name}"], values[:3, 0].mean())
+        torch.testing.assert_close(term.metrics[name][1:], values[:, 1:].mean(0))
+
+
+def test_an_action_of_nan_leaves_its_step_out_of_the_smoothness(env):
+    env.reset()
+    env.step(torch.full((3, 8), 0.1))  # a squared change of 8 * 0.01
+    action = torch.full((3, 8), 0.1)
+    action[2] = float("nan")
+    *_, extras = env.step(action)
+    assert float(extras["log"]["Metrics/object_pose/squared_action_change"]) == pytest.approx(0.08)
+
+
 def test_a_first_pick_is_dropped_when_the_object_was_held_up_and_lies_again(env):
     env.reset()
     term = env.command_manager.get_term("object_pose")

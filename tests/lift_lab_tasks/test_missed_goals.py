@@ -81,6 +81,16 @@ def test_a_goal_that_was_reached_at_last_is_practised_no_longer(make):
     assert ((goals_m - HARD_M).abs() > 0.0201).any(dim=1).float().mean() > 0.9
 
 
+def test_a_goal_that_is_reached_on_the_last_step_is_not_missed(make):
+    env = make(share=1.0)
+    _end_episodes(env, torch.zeros(ENVS, dtype=torch.bool))
+    env.episode_length_buf[:2] = env.max_episode_length - 1
+    command = env.command_manager.get_term("object_pose")
+    command.pose_command_w[1, :3] = env.scene["object"].data.root_pos_w[1]
+    env.step(torch.zeros(ENVS, 8))
+    assert float(env.extras["log"]["Curriculum/missed_goals"]) == pytest.approx(1 / ENVS)
+
+
 def test_episodes_that_practise_are_left_out_of_the_means(make):
     env = make(share=0.4)
     near = ((_end_episodes(env, _some()) - HARD_M).abs() <= 0.0201).all(dim=1)

@@ -123,6 +123,22 @@ def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_go
     assert counts == [len(counted), len(succeeded)]
 
 
+def test_a_success_on_the_last_step_counts_without_another_question(env, answers):
+    inner = env.unwrapped
+    term = inner.command_manager.get_term("object_pose")
+    inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * (inner.max_episode_length - 1)
+    with torch.inference_mode():
+        term._practised.zero_()
+        term.metrics["success"].zero_()
+        term._success_step.fill_(2**31)
+        term.pose_command_w[2, :3] = inner.scene["object"].data.root_pos_w[2]
+        *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
+    assert [2] in answers[-1]
+    log = extras["log"]
+    assert float(log["Metrics/object_pose/success"]) == 0.5
+    assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(inner.max_episode_length_s)
+
+
 def test_a_failure_of_the_physics_ends_its_episode_and_reaches_no_other_number(env):
     inner = env.unwrapped
     inner.episode_length_buf[:] = 0

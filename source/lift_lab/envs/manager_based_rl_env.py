@@ -173,6 +173,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         reset_env_ids = self._ended_episodes()
         self.extras.pop("final_obs", None)
         if len(reset_env_ids) > 0:
+            self.command_manager.finish_episodes(reset_env_ids)
             if self.wants_final_obs:
                 self.extras["final_obs"] = self.observation_manager.preview()
             self.recorder_manager.record_pre_reset(reset_env_ids)

@@ -71,6 +71,16 @@ class CommandTerm(DebugVisTerm, ABC):
         self._resample(ids)
         return extras
 
+    def finish_episodes(self, env_ids: torch.Tensor) -> None:
+        """Bring metrics up to the last step of episodes that end, before anything of them is reset.
+
+        Isaac Lab updates metrics after resets, and so does :meth:`compute`: without this, what a metric says of an
+        episode leaves out its last step.
+
+        Args:
+            env_ids: environments whose episode ends, a LongTensor.
+        """
+
     @property
     def counts(self) -> torch.Tensor | None:
         """Whether each environment's present episode counts in means over episodes, a bool tensor of shape (num_envs,).
@@ -194,6 +204,11 @@ class CommandManager(ObjectTermManager):
         """Episodes behind entries of the last :meth:`reset`'s log; those not named are of all episodes that ended."""
         terms = self._terms.items()
         return {f"Metrics/{name}/{key}": count for name, term in terms for key, count in term.log_counts.items()}
+
+    def finish_episodes(self, env_ids: torch.Tensor) -> None:
+        """Tell every term which episodes end; see :meth:`CommandTerm.finish_episodes`."""
+        for term in self._terms.values():
+            term.finish_episodes(env_ids)
 
     def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
         """What every term can tell of the next :meth:`compute`; see :meth:`CommandTerm.foretell`."""

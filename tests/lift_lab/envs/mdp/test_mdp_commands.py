@@ -148,6 +148,32 @@ def test_metrics_are_logged_as_a_mean_over_the_reset_environments_and_zeroed(env
     assert command.metrics["position_error"][4] > 0.0
 
 
+def test_the_error_of_the_last_step_is_logged(env):
+    for command, error, expected in (
+        (mdp.UniformPoseCommand(_pose_cfg(), env), "position_error", 0.5),
+        (mdp.UniformPose2dCommand(_pose_2d_cfg(simple_heading=False), env), "error_pos_2d", 0.3),
+    ):
+        command.reset()
+        command.compute(0.02)
+        data = env.scene["robot"].data
+        goal = command.goal_pos_w[3]
+        data.body_pos_w[3, 1] = data.root_pos_w[3] = goal + torch.tensor([0.3, 0.0, 0.4])
+        command.finish_episodes(torch.tensor([3]))
+        assert float(command.reset(torch.tensor([3]))[error]) == pytest.approx(expected, abs=1e-5)
+
+
+def test_metrics_of_a_subclass_are_its_own(env):
+    class Own(mdp.UniformPoseCommand):
+        def _update_metrics(self):
+            self.metrics["position_error"] = torch.full((NUM_ENVS,), 7.0)
+
+    command = Own(_pose_cfg(), env)
+    command.reset()
+    command.compute(0.02)
+    command.finish_episodes(torch.tensor([3]))
+    assert command.metrics["position_error"][3] == 7.0
+
+
 def test_only_due_commands_are_drawn_anew(env):
     command = mdp.UniformPoseCommand(_pose_cfg(), env)
     command.reset()

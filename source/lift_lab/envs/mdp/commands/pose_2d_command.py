@@ -53,6 +53,11 @@ class UniformPose2dCommand(CommandTerm):
         """The commanded position in the world frame in m, shape (num_envs, 3), for viewers."""
         return self.pos_command_w
 
+    def finish_episodes(self, env_ids: torch.Tensor) -> None:
+        """Measure the last step of the episodes that end; a subclass with metrics of its own does so itself."""
+        if type(self)._update_metrics is UniformPose2dCommand._update_metrics:
+            self._update_metrics()
+
     def _update_metrics(self) -> None:
         data = self.robot.data
         self.metrics["error_pos_2d"] = (self.pos_command_w - data.root_pos_w)[:, :2].norm(dim=1)

@@ -55,6 +55,7 @@ class UniformPoseCommand(CommandTerm):
         self.pose_command_b[:, 3] = 1.0
         self.pose_command_w = self.pose_command_b.clone()
         self._placed: tuple[torch.Tensor, int] | None = None
+        self._is_measured = False
         self._no_rotation = math_utils.default_orientation(1, self.device)
         self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
         self.metrics["orientation_error"] = torch.zeros(self.num_envs, device=self.device)
@@ -69,7 +70,23 @@ class UniformPoseCommand(CommandTerm):
         """The commanded position in the world frame in m, shape (num_envs, 3), for viewers."""
         return self.pose_command_w[:, :3]
 
+    def finish_episodes(self, env_ids: torch.Tensor) -> None:
+        """Measure the last step of the episodes that end; a subclass with metrics of its own does so itself."""
+        if type(self)._update_metrics is UniformPoseCommand._update_metrics:
+            self._measure_once()
+
     def _update_metrics(self) -> None:
+        self._measure_once()
+        self._is_measured = False
+
+    def _measure_once(self) -> None:
+        """Measure the state just reached, unless this was done before the resets of this step."""
+        if not self._is_measured:
+            self._measure()
+            self._is_measured = True
+
+    def _measure(self) -> None:
+        """Write those metrics that follow from the state, of all environments."""
         data = self.robot.data
         if self.robot.has_movable_root or self._written():
             self._update_world_pose(slice(None))

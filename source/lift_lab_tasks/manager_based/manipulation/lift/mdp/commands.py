@@ -49,6 +49,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._success_step = torch.full((self.num_envs,), _NEVER, device=self.device)
         self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._steps = zeros.clone()
+        self._is_smoothness_current = False
         self._joint_vel = torch.zeros(self.num_envs, len(joint_ids), device=self.device)
         self._smoothness = torch.zeros(2, self.num_envs, device=self.device)
         names = ("squared_action_change", "squared_joint_acceleration")
@@ -105,7 +106,17 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
 
+    def finish_episodes(self, env_ids: torch.Tensor) -> None:
+        """Count the last step of the episodes that end; where its action was no number, its smoothness is left out."""
+        self._measure_once()
+        before = self._smoothness[:, env_ids]
+        self._update_smoothness()
+        after = self._smoothness[:, env_ids]
+        self._smoothness[:, env_ids] = torch.where(after.isfinite(), after, before)
+        self._is_smoothness_current = True
+
     def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
+        self._measure_once()  # a success of the last step counts
         succeeded = ended & (self.metrics["success"] > 0)
         counts = self.counts
         if counts is not None:
@@ -128,6 +139,12 @@ class ObjectPoseCommand(UniformPoseCommand):
     def _update_metrics(self) -> None:
         self._succeeded_ids = None
         super()._update_metrics()
+        if not self._is_smoothness_current:
+            self._update_smoothness()
+        self._is_smoothness_current = False
+
+    def _measure(self) -> None:
+        super()._measure()
         metrics = self.metrics
         pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
         distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
@@ -140,10 +157,9 @@ class ObjectPoseCommand(UniformPoseCommand):
         height_m = pos_w[:, 2]
         metrics["first_pick_drop"].masked_fill_(self._held & (height_m < low_m), 1.0)
         self._held |= height_m > high_m
-        self._update_smoothness()
 
     def _update_smoothness(self) -> None:
-        """Running means over the steps of the episode; in the step that resets there are no changes yet."""
+        """Running means over the steps of the episode."""
         manager, joint_vel = self._env.action_manager, block(self.robot.data.joint_vel, None, self._joint_ids)
         changes = (manager.action - manager.prev_action, joint_vel - self._joint_vel)
         self._joint_vel = joint_vel
