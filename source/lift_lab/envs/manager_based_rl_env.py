@@ -84,7 +84,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.reset_terminated = torch.zeros_like(self.reset_buf)
         self.reset_time_outs = torch.zeros_like(self.reset_buf)
         self.reward_buf = torch.zeros(num_envs, device=device)
-        self._failed: torch.Tensor | None = None
+        self._failures: dict[str, torch.Tensor] = {}  # in the present step: which environments, by kind
         self._failure_counts: dict[str, Any] = dict.fromkeys(("nonfinite", "overflow"), 0.0)
 
     def load_managers(self) -> None:
@@ -155,7 +155,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         """
         self.action_manager.process_action(action.detach().to(self.device))
         self.recorder_manager.record_pre_step()
-        self._failed = None
+        self._failures = {}
         self._step_physics()
 
         self.episode_length_buf += 1
@@ -164,8 +164,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.reset_terminated = self.termination_manager.terminated
         self.reset_time_outs = self.termination_manager.time_outs
         self.reward_buf = self.reward_manager.compute(dt=self.step_dt)
-        if self._failed is not None:
-            self._end_failed_episodes(self._failed)
+        if self._failures:
+            self._end_failed_episodes()
         if self.recorder_manager.active_terms:
             self.obs_buf = self.observation_manager.compute()
             self.recorder_manager.record_post_step()
@@ -173,6 +173,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         reset_env_ids = self._ended_episodes()
         self.extras.pop("final_obs", None)
         if len(reset_env_ids) > 0:
+            if self._failures:
+                self.reward_manager.leave_out_last_step(self._failed)
             self.command_manager.finish_episodes(reset_env_ids)
             if self.wants_final_obs:
                 self.extras["final_obs"] = self.observation_manager.preview()
@@ -211,24 +213,26 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         health = physics.health()
         if health.none_failed:
             return
-        failed = health.failed
-        if physics.mends_failures:
-            # The engine has done it within the step. No value is looked at, so that the host need not wait.
-            self._failed = failed if self._failed is None else self._failed | failed
-            for kind in self._failure_counts:
-                self._failure_counts[kind] = self._failure_counts[kind] + getattr(health, kind).sum()
-            return
-        if not bool(failed.any()):
-            return
-        failed_ids = failed.nonzero().squeeze(-1)
-        physics.reset(failed_ids)
-        physics.refresh(failed_ids)
-        self._failed = failed if self._failed is None else self._failed | failed
-        self._failure_counts["nonfinite"] += float(health.nonfinite.sum())
-        self._failure_counts["overflow"] += float(health.overflow.sum())
+        if not physics.mends_failures:  # else the engine has done it within the step, and the host need not wait
+            failed_ids = health.failed.nonzero().squeeze(-1)
+            if len(failed_ids) == 0:
+                return
+            physics.reset(failed_ids)
+            physics.refresh(failed_ids)
+        for kind in self._failure_counts:
+            failed, before = getattr(health, kind), self._failures.get(kind)
+            self._failures[kind] = failed if before is None else before | failed
 
-    def _end_failed_episodes(self, failed: torch.Tensor) -> None:
-        """Count environments in which the physics failed as terminated, with no reward for this step."""
+    @property
+    def _failed(self) -> torch.Tensor:
+        """In which environments the physics failed in the present step, where :attr:`_failures` says anything."""
+        return self._failures["nonfinite"] | self._failures["overflow"]
+
+    def _end_failed_episodes(self) -> None:
+        """Count environments in which the physics failed as terminated, once a step, with no reward for this step."""
+        for kind, envs in self._failures.items():
+            self._failure_counts[kind] = self._failure_counts[kind] + envs.sum()
+        failed = self._failed
         self.reward_buf = self.reward_buf.masked_fill(failed, 0.0)
         self.reset_buf = self.reset_buf | failed
         self.reset_terminated = self.reset_terminated | failed

@@ -36,7 +36,7 @@ class RewardManager(FunctionTermManager):
         self._values = torch.zeros(shape, device=self.device)
         self._values_by_env = self._values.t()
         self._sums = torch.zeros(shape, device=self.device)
-        self._episode_sums = dict(zip(self._term_names, self._sums, strict=True))
+        self._sums_before = torch.zeros_like(self._sums)  # the last step, kept in case that it has to be left out
         self._log_names = [f"Episode_Reward/{name}" for name in self._term_names]
         self._skipped = torch.zeros(self.num_envs, device=self.device)
         self._shape = self._skipped.shape
@@ -82,7 +82,8 @@ class RewardManager(FunctionTermManager):
             self._factors = factors
             self._factor_row = torch.tensor(factors, device=self.device)
             self._factor_column = self._factor_row.unsqueeze(1)
-        self._sums.addcmul_(self._values, self._factor_column)
+        torch.addcmul(self._sums, self._values, self._factor_column, out=self._sums_before)
+        self._sums, self._sums_before = self._sums_before, self._sums
         return torch.mv(self._values_by_env, self._factor_row)
 
     def _call(self, index: int, cfg: RewardTermCfg) -> torch.Tensor:
@@ -95,6 +96,14 @@ class RewardManager(FunctionTermManager):
                 f" expected ({self.num_envs},)"
             )
         return value
+
+    def leave_out_last_step(self, envs: torch.Tensor) -> None:
+        """Take back what the last :meth:`compute` added to the episodes' sums of some environments.
+
+        Args:
+            envs: which ones, a bool tensor of shape (num_envs,).
+        """
+        self._sums.copy_(torch.where(envs, self._sums_before, self._sums))
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Close the episodes of some environments.
@@ -117,6 +126,10 @@ class RewardManager(FunctionTermManager):
         """
         self.get_term_cfg(term_name)
         return self._episode_sums[term_name]
+
+    @property
+    def _episode_sums(self) -> dict[str, torch.Tensor]:
+        return dict(zip(self._term_names, self._sums, strict=True))
 
     def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
         values = self._values[:, env_idx].tolist()

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 import lift_lab.envs.mdp as mdp
-from lift_lab.actuators import DelayedPDActuatorCfg
+from lift_lab.actuators import DelayedPDActuatorCfg, IdealPDActuatorCfg
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.envs.filming import update_markers
 from lift_lab.managers import (
@@ -224,14 +224,26 @@ def test_an_environment_whose_physics_fails_is_reset_without_reward(make_env, ph
     torch.testing.assert_close(obs["policy"][1], expected["policy"][1])
 
 
-def test_an_action_of_nan_ends_that_environments_episode_alone(make_env):
-    env = make_env()
+@pytest.mark.parametrize("physics", ENGINES)
+def test_an_action_of_nan_ends_that_environments_episode_alone(make_env, make_cfg, physics):
+    cfg = make_cfg(physics=physics, rewards={"action": RewardTermCfg(func=mdp.action_l2, weight=1.0)})
+    cfg.scene.robot.actuators = {
+        "all": IdealPDActuatorCfg(joint_names_expr=[".*"], stiffness=50.0, damping=5.0, effort_limit=50.0)
+    }  # computed in each of the four physics steps, so that it fails in each
+    env = make_env(cfg=cfg)
     env.reset()
-    action = _still(env)
+    action = torch.full((3, 2), 0.5)
+    env.step(action)
     action[2] = float("nan")
-    obs, _, terminated, *_ = env.step(action)
+    obs, reward, terminated, _, extras = env.step(action)
     assert terminated.tolist() == [False, False, True]
     assert torch.isfinite(obs["policy"]).all()
+    torch.testing.assert_close(reward, torch.tensor([0.01, 0.01, 0.0]))
+    log = {name: float(value) for name, value in extras["log"].items()}
+    assert log["Metrics/physics/nonfinite"] == 1.0
+    # 2 * 0.25 for 20 ms, of the step before alone, over 0.2 s
+    assert log["Episode_Reward/action"] == pytest.approx(0.05)
+    torch.testing.assert_close(env.reward_manager.episode_sum("action"), torch.tensor([0.02, 0.02, 0.0]))
 
 
 # -- episodes
