@@ -162,6 +162,13 @@ class AssetBase(Entity):
         return self.num_instances if env_ids is None else len(env_ids)
 
 
+def as_list(ids: Sequence[int] | torch.Tensor | slice | None, count: int) -> list[int]:
+    """Numbers of bodies or joints; None means all ``count``. Raises ConfigError for a mask or for fractions."""
+    if ids is None or isinstance(ids, slice):
+        return list(range(count))[ids or slice(None)]
+    return ids_tensor(ids, torch.device("cpu")).tolist()
+
+
 def as_columns(ids: Sequence[int]) -> slice | list[int]:
     """Column indices as a slice where they are contiguous, so that reading them makes a view."""
     ids = list(ids)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import mujoco
 import torch
 
+from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, PhysicsError
 from lift_lab.utils.string import resolve_matching_names
 
-from .asset_base import AssetBase, EnvIds, as_columns
+from .asset_base import AssetBase, EnvIds, as_columns, as_list
 from .body_data import BodyData
 
 if TYPE_CHECKING:
@@ -248,6 +249,8 @@ class MovableAsset(AssetBase):
         ids = self._env_ids(env_ids)
         rows = slice(None) if ids is None else ids
         chosen = slice(None) if body_ids is None else body_ids
+        if not isinstance(chosen, slice):
+            chosen = ids_tensor(chosen, self._force_b.device)
         if is_global:
             quat = self._data.body_link_quat_w[rows][:, chosen]
             forces, torques = (math_utils.quat_apply_inverse(quat, vector) for vector in (forces, torques))
@@ -257,14 +260,10 @@ class MovableAsset(AssetBase):
             arm = positions - self._data.body_com_pos_b[rows][:, chosen]
             torques = torques + torch.linalg.cross(arm, forces)
         wrench = torch.cat((forces, torques), dim=-1)
-        if body_ids is None or isinstance(body_ids, slice):
-            self._force_b[rows, body_ids or slice(None)] = wrench
+        if ids is None or isinstance(chosen, slice):
+            self._force_b[rows, chosen] = wrench
         else:
-            cols = torch.as_tensor(body_ids, device=self._force_b.device)
-            if ids is None:
-                self._force_b[:, cols] = wrench
-            else:
-                self._force_b[ids[:, None], cols] = wrench
+            self._force_b[ids[:, None], chosen] = wrench
         self._wrench_set = True
 
     def _write_wrench(self) -> None:
@@ -304,13 +303,14 @@ class MovableAsset(AssetBase):
         """
         self._check_masses(masses)
         rows = self._rows(env_ids)
-        chosen = list(range(self.num_bodies)) if body_ids is None else [int(b) for b in body_ids]
+        chosen = as_list(body_ids, self.num_bodies)
         cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
         mass = self._model_field("body_mass")
         mass[rows[:, None], cols] = masses.to(mass.dtype)
         if recompute_inertia:
             inertia = self._model_field("body_inertia")
-            ratio = masses / self._data.default_mass[rows][:, chosen]
+            default_mass = self._data.default_mass[rows][:, chosen]
+            ratio = torch.where(default_mass > 0, masses / default_mass, 1.0)  # nothing scales from nothing
             value = self._data.default_inertia[rows][:, chosen] * ratio[..., None]
             inertia[rows[:, None], cols] = value.to(inertia.dtype)
         self._physics.recompute_constants()
@@ -332,7 +332,7 @@ class MovableAsset(AssetBase):
             ConfigError: a free body that was compiled for a centre of mass at its origin.
         """
         rows = self._rows(env_ids)
-        chosen = list(range(self.num_bodies)) if body_ids is None else [int(b) for b in body_ids]
+        chosen = as_list(body_ids, self.num_bodies)
         for b in chosen:
             if self._physics.model.body_simple[self._ids[b]]:
                 raise ConfigError(
@@ -375,7 +375,7 @@ class MovableAsset(AssetBase):
         """Write a number for each environment into a field of the bodies' colliders (the first of several columns)."""
         rows = self._rows(env_ids)
         model = self._physics.model
-        wanted = {self._ids[b] for b in (body_ids if body_ids is not None else range(self.num_bodies))}
+        wanted = {self._ids[b] for b in as_list(body_ids, self.num_bodies)}
         geoms = [g for g in self._geom_ids if model.geom_bodyid[g] in wanted]
         field = self._model_field(name)
         target = field if field.ndim == 2 else field[..., 0]

@@ -103,6 +103,14 @@ def arm_file(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def one_arm(arm_file):
+    """An arm that no test changes."""
+    sim, scene = _start(arm=_arm(arm_file, _implicit()))
+    yield scene["arm"]
+    sim.close()
+
+
 def _start(physics: str = "native", gravity=(0.0, 0.0, -9.81), num_envs: int = NUM_ENVS, **entities):
     sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=physics, dt=0.002, gravity=gravity))
     scene = InteractiveScene(_SceneCfg(num_envs=num_envs, env_spacing=SPACING, **entities))
@@ -454,6 +462,53 @@ def test_a_mask_or_fractions_are_no_environments(arm_file, env_ids):
     _, scene = _start(arm=_arm(arm_file, _implicit()))
     with pytest.raises(ConfigError, match="ids must be integers"):
         scene["arm"].write_joint_position_to_sim(torch.zeros(1, 2), env_ids=env_ids)
+
+
+@pytest.mark.parametrize("ids", [torch.tensor([True, False]), [True, False], torch.tensor([0.0])])
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda arm, ids: arm.write_joint_position_to_sim(torch.ones(NUM_ENVS, 1), joint_ids=ids),
+        lambda arm, ids: arm.set_joint_position_target(torch.ones(NUM_ENVS, 1), joint_ids=ids),
+        lambda arm, ids: arm.write_joint_position_limit_to_sim(torch.ones(NUM_ENVS, 1, 2), joint_ids=ids),
+        lambda arm, ids: arm.write_body_mass_to_sim(torch.ones(NUM_ENVS, 1), body_ids=ids),
+        lambda arm, ids: arm.write_friction_to_sim(torch.ones(NUM_ENVS), body_ids=ids),
+        lambda arm, ids: arm.set_external_force_and_torque(*torch.ones(2, NUM_ENVS, 1, 3), body_ids=ids),
+    ],
+    ids=["joint state", "target", "limit", "mass", "friction", "wrench"],
+)
+def test_a_mask_or_fractions_are_no_joints_or_bodies(one_arm, write, ids):
+    with pytest.raises(ConfigError, match="ids must be integers"):
+        write(one_arm, ids)
+
+
+def test_a_mass_override_leaves_the_inertia_of_a_massless_link_alone(physics, arm_file, tmp_path):
+    stage = Usd.Stage.Open(str(arm_file))
+    tool = UsdGeom.Xform.Define(stage, "/Arm/tool")
+    tool.AddTranslateOp().Set(Gf.Vec3d(0.8, 0, 0.5))
+    UsdPhysics.RigidBodyAPI.Apply(tool.GetPrim())
+    joint = UsdPhysics.FixedJoint.Define(stage, "/Arm/tool_joint")
+    joint.CreateBody0Rel().SetTargets(["/Arm/lower"])
+    joint.CreateBody1Rel().SetTargets(["/Arm/tool"])
+    joint.CreateLocalPos0Attr(Gf.Vec3f(0.4, 0, 0))
+    stage.Export(str(tmp_path / "arm.usda"))
+    sim, scene = _start(physics, arm=_arm(tmp_path / "arm.usda", _implicit()))
+    arm = scene["arm"]
+    masses = arm.data.default_mass[:1]
+    assert (masses == 0).sum() == 1
+    arm.write_body_mass_to_sim((2.0 * masses).clamp(min=1e-6), env_ids=[1])
+    inertia = sim.physics.randomizable("body_inertia")[:, arm._ids]
+    torch.testing.assert_close(inertia[1], 2.0 * inertia[0] * (masses[0] > 0)[:, None])
+    scene.write_data_to_sim()
+    sim.step()
+    assert not sim.physics.health().failed.any()
+
+
+def test_a_rigid_object_without_rigid_props_is_refused():
+    box = _box()
+    box.spawn.rigid_props = None
+    with pytest.raises(ConfigError, match=r"scene.box: .* set rigid_props .* AssetBaseCfg"):
+        _start(box=box)
 
 
 def test_a_root_that_is_put_elsewhere_keeps_its_velocity_in_the_world(physics):

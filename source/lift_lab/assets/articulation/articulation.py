@@ -9,11 +9,12 @@ import mujoco
 import torch
 
 from lift_lab.actuators import ActuatorBase
+from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
 from lift_lab.utils.types import ArticulationActions
 
-from ..asset_base import EnvIds, as_columns
+from ..asset_base import EnvIds, as_columns, as_list
 from ..movable import MovableAsset
 from .articulation_data import ArticulationData
 from .drives import build_drives
@@ -293,12 +294,14 @@ class Articulation(MovableAsset):
         buffer: torch.Tensor = getattr(self.data, name)
         ids = self._env_ids(env_ids)
         cols = slice(None) if joint_ids is None else joint_ids
+        if not isinstance(cols, slice):
+            cols = ids_tensor(cols, buffer.device)
         if ids is None:
             buffer[:, cols] = value
         elif isinstance(cols, slice):
             buffer[ids, cols] = value
         else:
-            buffer[ids[:, None], torch.as_tensor(cols, device=buffer.device)] = value
+            buffer[ids[:, None], cols] = value
 
     # -- joint state
 
@@ -328,13 +331,7 @@ class Articulation(MovableAsset):
         self._data.invalidate()
 
     def _columns(self, all_ids: list[int], joint_ids: JointIds) -> slice | torch.Tensor:
-        if joint_ids is None:
-            chosen = all_ids
-        elif isinstance(joint_ids, slice):
-            chosen = all_ids[joint_ids]
-        else:
-            chosen = [all_ids[int(i)] for i in joint_ids]
-        cols = as_columns(chosen)
+        cols = as_columns([all_ids[i] for i in as_list(joint_ids, self.num_joints)])
         return cols if isinstance(cols, slice) else torch.tensor(cols, device=self._physics.device)
 
     # -- joint properties
@@ -417,12 +414,8 @@ class Articulation(MovableAsset):
         """
         model = self._physics.model
         unlimited = [n for n, j in zip(self._joint_names, self._joint_ids, strict=True) if not model.jnt_limited[j]]
-        chosen = (
-            self._joint_names
-            if joint_ids is None or isinstance(joint_ids, slice)
-            else [self._joint_names[int(i)] for i in joint_ids]
-        )
-        for name in chosen:
+        for i in as_list(joint_ids, self.num_joints):
+            name = self._joint_names[i]
             if name in unlimited:
                 raise ConfigError(f"'{self.name}': joint '{name}' has no limit in its USD file, so none can be set")
         self._set("joint_pos_limits", limits, joint_ids, env_ids)

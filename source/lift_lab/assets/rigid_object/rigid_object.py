@@ -34,6 +34,11 @@ class RigidObject(MovableAsset):
                 f"scene.{self.name}: a rigid object has exactly one rigid body, '{self.cfg.prim_path}' has: {names}"
             )
         root = roots[0]
+        if not root.mocap and not list(root.joints):
+            raise ConfigError(
+                f"scene.{self.name}: '{self.cfg.prim_path}' is no rigid body but fixed to the world: set rigid_props "
+                "(sim_utils.RigidBodyPropertiesCfg()) of its spawn; a thing that never moves is an AssetBaseCfg"
+            )
         old, new = root.name, self.prim_name
         root.name = new
         for exclude in spec.excludes:

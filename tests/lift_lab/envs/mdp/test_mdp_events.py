@@ -4,6 +4,7 @@ import pytest
 import torch
 
 import lift_lab.envs.mdp as mdp
+import lift_lab.sim as sim_utils
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.sim import ignored
 from lift_lab.utils.errors import ConfigError
@@ -43,6 +44,18 @@ def test_a_default_reset_brings_back_state_and_targets(env):
     torch.testing.assert_close(ball.data.root_vel_w[ids], torch.zeros(2, 6))
     assert (ball.data.root_pos_w - home)[[0, 2, 3, 5]].abs().min() > 0.05
     assert (robot.data.joint_vel[[0, 2, 3, 5]] == 1.0).all()
+
+
+def test_a_default_reset_brings_back_a_kinematic_articulation(make_env, make_cfg):
+    cfg = make_cfg()
+    cfg.scene.robot.spawn.rigid_props = sim_utils.RigidBodyPropertiesCfg(kinematic_enabled=True)
+    env = make_env(cfg=cfg)
+    robot = env.scene["robot"]
+    pose = robot.data.root_pose_w.clone()
+    robot.write_root_pose_to_sim(pose + torch.tensor([0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    mdp.reset_scene_to_default(env, torch.tensor([1]))
+    moved = (robot.data.root_pose_w - pose)[:, 0]
+    torch.testing.assert_close(moved, torch.tensor([0.3, 0.0, 0.3]))
 
 
 def test_a_root_is_reset_uniformly_about_its_default_pose(env):

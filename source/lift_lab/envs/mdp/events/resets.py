@@ -31,7 +31,7 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
     for deformable in env.scene.deformable_objects.values():
         deformable.write_nodal_state_to_sim(block(deformable.data.default_nodal_state_w, env_ids), env_ids=env_ids)
     for articulation in env.scene.articulations.values():
-        if not articulation.is_fixed_base:
+        if articulation.has_movable_root:
             _write_default_root_state(articulation, origins, env_ids)
         position = block(articulation.data.default_joint_pos, env_ids)
         velocity = block(articulation.data.default_joint_vel, env_ids)
