@@ -139,7 +139,10 @@ class OperationalSpaceController:
         self.desired_ee_pose_b = torch.cat(combine_frame_transforms(frame[:, :3], frame[:, 3:], pos, quat), dim=-1)
 
     def _set_wrench(self, target: torch.Tensor, frame: torch.Tensor) -> None:
-        """A wrench about the task frame's origin, moved to the root's."""
+        """A wrench about the task frame's origin, moved to the root's, as Isaac Lab does it.
+
+        The Jacobian is of the end effector, so the moment that the shift adds acts there, too.
+        """
         force, torque = self._to_b(target).split(3, dim=-1)
         torque = torque + torch.linalg.cross(frame[:, :3], force)
         self.desired_ee_wrench_b = torch.cat((force, torque), dim=-1)

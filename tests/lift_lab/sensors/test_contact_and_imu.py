@@ -14,6 +14,7 @@ from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.sensors import ContactSensorCfg, FrameTransformerCfg, ImuCfg
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, PhysicsError, UnknownAttributeError
+from lift_lab.utils.math import matrix_from_quat
 
 NUM_ENVS = 2
 G = 9.81
@@ -240,6 +241,34 @@ def test_without_bias_an_imu_gives_the_acceleration_itself(world):
     _close(ours.scene["imu"].data.lin_acc_b, _everywhere(0.0, 0.0, -G), atol=1e-3)
     ours.scene["imu"].reset(torch.tensor([1]))
     _close(ours.scene["imu"].data.lin_acc_b[1], torch.zeros(3), atol=1e-6)
+
+
+def test_an_imu_on_a_turning_body_reads_what_acted_at_the_start_of_the_last_step(world):
+    """Gravity, a bias, a spin of 20 rad/s and a torque: a tenth of a radian between the start of a step and its end."""
+    bias, arm = torch.tensor([1.0, -2.0, 4.0]), torch.tensor([0.08, 0.0, 0.05])
+    ours = world(
+        ground=None,
+        lower=_box("Lower", 2.0, LOWER, ang_vel=(3.0, 20.0, 1.0)),
+        imu=ImuCfg(
+            prim_path="{ENV_REGEX_NS}/Lower",
+            gravity_bias=tuple(bias.tolist()),
+            offset=ImuCfg.OffsetCfg(pos=tuple(arm.tolist())),
+        ),
+    )
+    box = ours.scene["lower"]
+    torque = torch.tensor([0.2, 0.0, 0.4])
+    box.set_external_force_and_torque(torch.zeros(NUM_ENVS, 1, 3), torque.expand(NUM_ENVS, 1, 3), is_global=True)
+    ours.scene.write_data_to_sim()
+    ours.step(2)
+    turned = matrix_from_quat(box.data.root_quat_w)  # from the body into the world
+    spin, lever = box.data.root_ang_vel_w, (turned @ arm[:, None]).squeeze(-1)
+    ours.step(1)
+    faster = (torque / (LOWER * SIZE**2 / 6)).expand(NUM_ENVS, 3)  # a cube's inertia is the same about any axis
+    acceleration = torch.tensor([0.0, 0.0, -G]) + torch.linalg.cross(faster, lever)
+    acceleration = acceleration + torch.linalg.cross(spin, torch.linalg.cross(spin, lever))
+    data = ours.scene["imu"].data
+    _close(data.lin_acc_b, ((acceleration + bias)[:, None] @ turned).squeeze(1), atol=5e-3)
+    _close(data.ang_acc_b, (faster[:, None] @ turned).squeeze(1), atol=5e-3)
 
 
 @pytest.mark.parametrize(

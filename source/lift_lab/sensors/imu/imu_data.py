@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 class ImuData(EntityData):
     """Readings, in the sensor's frame (`_b`), with Isaac Lab's names.
 
-    Pose and velocities are those of the current state, accelerations those of the last physics step.
+    Pose and velocities are those of the current state, accelerations those of the last physics step, in the frame as it
+    was turned at its start.
     """
 
     def __init__(
@@ -35,6 +36,7 @@ class ImuData(EntityData):
         shape = (physics.num_envs, 3)
         self._bias_w = torch.tensor(bias_w, dtype=torch.float32, device=physics.device).expand(shape)
         self._gravity_w = physics.gravity
+        self._dt = physics.model.opt.timestep
         self.stepped = torch.zeros(physics.num_envs, 1, dtype=torch.bool, device=physics.device)
         """Whether the engine has stepped since each environment was reset, shape (num_envs, 1)."""
 
@@ -44,6 +46,12 @@ class ImuData(EntityData):
 
     def _into_b(self, vector_w: torch.Tensor) -> torch.Tensor:
         return math_utils.quat_apply_inverse(self.quat_w, vector_w)
+
+    def _into_b_before(self, vector_w: torch.Tensor) -> torch.Tensor:
+        """Into the frame as it was before the last physics step, in which it turned at the present rate."""
+        turn = self._read("gyro") * self._dt
+        turned = math_utils.quat_from_angle_axis(torch.linalg.vector_norm(turn, dim=-1), turn)
+        return math_utils.quat_apply(turned, self._into_b(vector_w))
 
     @property
     def pos_w(self) -> torch.Tensor:
@@ -75,10 +83,10 @@ class ImuData(EntityData):
     def lin_acc_b(self) -> torch.Tensor:
         """Acceleration plus the config's bias in m/s^2, shape (num_envs, 3). After a reset the bias alone."""
         # the engine's reading is the acceleration minus gravity
-        measured = self._read("accelerometer") + self._into_b(self._physics.gravity)
-        return torch.where(self.stepped, measured, 0.0) + self._into_b(self._bias_w)
+        measured = self._read("accelerometer") + self._into_b_before(self._physics.gravity + self._bias_w)
+        return torch.where(self.stepped, measured, self._into_b(self._bias_w))
 
     @property
     def ang_acc_b(self) -> torch.Tensor:
         """Angular acceleration in rad/s^2, shape (num_envs, 3). After a reset zero."""
-        return torch.where(self.stepped, self._into_b(self._read("frameangacc")), 0.0)
+        return torch.where(self.stepped, self._into_b_before(self._read("frameangacc")), 0.0)

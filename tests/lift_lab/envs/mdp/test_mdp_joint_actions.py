@@ -24,6 +24,7 @@ class _Arm:
             default_joint_pos=DEFAULT.clone(),
             default_joint_vel=0.5 * DEFAULT,
             soft_joint_pos_limits=torch.tensor([[[-1.0, 3.0], [0.0, 2.0], [0.0, 1.0], [0.0, 1.0]]]).repeat(2, 1, 1),
+            root_quat_w=torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(2, 1),
             body_quat_w=torch.tensor([[[0.5**0.5, 0.0, 0.0, 0.5**0.5]], [[1.0, 0.0, 0.0, 0.0]]]),
         )
         self.targets = {kind: torch.full((2, 4), torch.nan) for kind in ("position", "velocity", "effort")}
@@ -231,3 +232,8 @@ def test_a_non_holonomic_base_moves_where_it_is_heading(env):
     velocity = targets["velocity"][:, [0, 3, 1]]
     # environment 0 is turned by 90 degrees
     torch.testing.assert_close(velocity, torch.tensor([[0.0, 1.0, 1.1], [1.0, 0.0, 1.1]]), atol=1e-6, rtol=0)
+    # with both roots turned as far, the joints of environment 0 move along its heading, those of 1 across
+    env.scene["robot"].data.root_quat_w[:] = env.scene["robot"].data.body_quat_w[0, 0]
+    _, targets = _apply(env, cfg, [[0.5, 1.0], [0.5, 1.0]])
+    velocity = targets["velocity"][:, [0, 3, 1]]
+    torch.testing.assert_close(velocity, torch.tensor([[1.0, 0.0, 1.1], [0.0, -1.0, 1.1]]), atol=1e-6, rtol=0)

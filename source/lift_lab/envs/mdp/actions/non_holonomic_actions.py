@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 
 class NonHolonomicAction(ActionTerm):
-    """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``."""
+    """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``.
+
+    The yaw is that of the body relative to the articulation's root, along whose axes the joints move; Isaac Lab takes
+    that in the world, which is the same while the root is not turned.
+    """
 
     cfg: actions_cfg.NonHolonomicActionCfg
     _asset: Articulation
@@ -75,7 +79,9 @@ class NonHolonomicAction(ActionTerm):
 
     def apply_actions(self) -> None:
         """Set the velocity targets for the current heading."""
-        yaw = math_utils.euler_xyz_from_quat(self._asset.data.body_quat_w[:, self._body_idx])[2]
+        data = self._asset.data
+        turned = math_utils.quat_mul(math_utils.quat_inv(data.root_quat_w), data.body_quat_w[:, self._body_idx])
+        yaw = math_utils.euler_xyz_from_quat(turned)[2]
         forward, turn = self._processed_actions.unbind(dim=1)
         target = torch.stack((forward * torch.cos(yaw), forward * torch.sin(yaw), turn), dim=1)
         self._asset.set_joint_velocity_target(target, joint_ids=self._joint_ids)
