@@ -102,6 +102,16 @@ class ActuatorBase(ABC):
     def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:  # noqa: B027 - most have none
         """Forget the internal state of some environments; None means all."""
 
+    def start_episodes(  # noqa: B027 - most have no use for it
+        self, env_ids: torch.Tensor, control_action: ArticulationActions
+    ) -> None:
+        """Take note of the targets with which some environments start, after they were reset.
+
+        Args:
+            env_ids: the environments, a LongTensor.
+            control_action: targets of the group's joints in these environments.
+        """
+
     @abstractmethod
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor

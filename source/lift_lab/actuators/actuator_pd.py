@@ -87,7 +87,7 @@ class DelayedPDActuator(IdealPDActuator):
     """An ideal PD controller whose targets arrive some physics steps late.
 
     Each reset draws the lag of its environments from the config's ``min_delay`` to ``max_delay``; until the first
-    reset there is none.
+    reset there is none. Until the first target of an episode arrives, the drive is given those that the reset left.
     """
 
     cfg: DelayedPDActuatorCfg
@@ -107,14 +107,23 @@ class DelayedPDActuator(IdealPDActuator):
         self.velocities_delay_buffer = DelayBuffer(cfg.max_delay, self._num_envs, self._device)
         self.efforts_delay_buffer = DelayBuffer(cfg.max_delay, self._num_envs, self._device)
 
+    @property
+    def _buffers(self) -> tuple[DelayBuffer, DelayBuffer, DelayBuffer]:
+        return self.positions_delay_buffer, self.velocities_delay_buffer, self.efforts_delay_buffer
+
     def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
         """Forget the targets of some environments and draw their lags anew."""
         super().reset(env_ids)
         ids = torch.arange(self._num_envs, device=self._device)[slice(None) if env_ids is None else env_ids]
         lags = torch.randint(self.cfg.min_delay, self.cfg.max_delay + 1, (len(ids),), device=self._device)
-        for buffer in (self.positions_delay_buffer, self.velocities_delay_buffer, self.efforts_delay_buffer):
+        for buffer in self._buffers:
             buffer.set_time_lag(lags, ids)
             buffer.reset(ids)
+
+    def start_episodes(self, env_ids: torch.Tensor, control_action: ArticulationActions) -> None:
+        """See :meth:`ActuatorBase.start_episodes`."""
+        for buffer, target in zip(self._buffers, _targets(control_action), strict=True):
+            buffer.fill(target, env_ids)
 
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor

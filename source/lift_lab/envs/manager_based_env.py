@@ -294,7 +294,7 @@ class ManagerBasedEnv:
 
     def _after_reset(self, env_ids: torch.Tensor) -> tuple[VecEnvObs, dict[str, Any]]:
         """What :meth:`reset` does once the state is written."""
-        self.scene.write_data_to_sim()
+        self.scene.start_episodes(env_ids)
         self._refresh(env_ids)
         self.recorder_manager.record_post_reset(env_ids)
         self.obs_buf = self.observation_manager.compute(update_history=True)

@@ -180,6 +180,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
                 self.extras["final_obs"] = self.observation_manager.preview()
             self.recorder_manager.record_pre_reset(reset_env_ids)
             self._reset_idx(reset_env_ids)
+            self.scene.start_episodes(reset_env_ids)
             self._refresh(reset_env_ids)
             self.recorder_manager.record_post_reset(reset_env_ids)
 

@@ -214,6 +214,11 @@ class InteractiveScene:
         for sensor in self._sensors.values():
             sensor.reset(env_ids)
 
+    def start_episodes(self, env_ids: torch.Tensor) -> None:
+        """Once some environments (a LongTensor) were reset: tell their actuators what they start from."""
+        for articulation in self._articulations.values():
+            articulation.start_episodes(env_ids)
+
     def write_data_to_sim(self) -> None:
         """Send targets and wrenches of all assets to the engine."""
         for asset in self._movables.values():
@@ -283,4 +288,4 @@ class InteractiveScene:
                     asset.write_joint_state_to_sim(entry["joint_position"], entry["joint_velocity"], env_ids=ids)
                     asset.set_joint_position_target(entry["joint_position"], env_ids=ids)
                     asset.set_joint_velocity_target(entry["joint_velocity"], env_ids=ids)
-        self.write_data_to_sim()
+        self.start_episodes(ids)

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 import lift_lab.envs.mdp as mdp
-from lift_lab.actuators import DelayedPDActuatorCfg, IdealPDActuatorCfg
+from lift_lab.actuators import ActuatorNetMLPCfg, DelayedPDActuatorCfg, IdealPDActuatorCfg
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.envs.filming import update_markers
 from lift_lab.managers import (
@@ -356,6 +356,74 @@ def test_a_partial_reset_leaves_the_others_histories_delays_and_timers_alone(mak
     torch.testing.assert_close(parted[2, 2, :6], default.repeat(3))  # the first value after a reset fills the history
     assert fired_whole == [(5, [0, 1, 2])]
     assert fired_parted == [(5, [0, 1]), (7, [2])]  # its timer began again at step 3
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_every_episode_starts_with_the_lag_of_its_actuators(make_env, make_cfg, physics):
+    """Lag 3, two steps of four physics steps an episode: after reset() and after a reset within a step alike."""
+    cfg = make_cfg(physics=physics, episode_length_s=0.04)
+    cfg.scene.robot.actuators = {
+        "all": DelayedPDActuatorCfg(
+            joint_names_expr=[".*"], stiffness=50.0, damping=0.0, effort_limit=1e3, min_delay=3, max_delay=3
+        )
+    }
+    env = make_env(cfg=cfg)
+    env.reset()
+    actuator = env.scene["robot"].actuators["all"]
+    compute, followed = actuator.compute, []
+
+    def spy(action, joint_pos, joint_vel):
+        given = compute(action, joint_pos, joint_vel)
+        followed.append(float(given.joint_efforts[0, 0] / 50.0 + joint_pos[0, 0]))
+        return given
+
+    actuator.compute = spy
+    for value in (1.0, 2.0, 3.0, 4.0):
+        # at the start of an episode nothing was asked of the drives yet
+        assert bool((env.scene["robot"].data.applied_torque == 0.0).all()) == (value in (1.0, 3.0))
+        env.step(torch.full((3, 2), value))
+    default = 0.3
+    expected = [[default] * 3 + [default + 0.5 * value] * 4 + [default + 0.5 * (value + 1)] for value in (1.0, 3.0)]
+    assert followed == pytest.approx([*expected[0], *expected[1]], abs=1e-5)
+
+
+def _of_one(state: dict, index: int) -> dict:
+    """A scene's state, of one environment alone."""
+    return {key: _of_one(value, index) if isinstance(value, dict) else value[[index]] for key, value in state.items()}
+
+
+class _Sum(torch.nn.Module):
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return x.sum(dim=1)
+
+
+@pytest.mark.parametrize("to_state", [False, True])
+def test_a_reset_from_outside_leaves_the_actuators_of_the_others_alone(make_env, make_cfg, tmp_path, to_state):
+    torch.jit.script(_Sum()).save(str(tmp_path / "sum.pt"))
+    pd = {"stiffness": 50.0, "damping": 5.0, "effort_limit": 50.0}
+    net = {"pos_scale": 5.0, "vel_scale": -0.1, "torque_scale": 1.0, "input_order": "pos_vel", "input_idx": [0, 2]}
+
+    def run(resets: bool):
+        cfg = make_cfg()
+        cfg.scene.robot.actuators = {
+            "late": DelayedPDActuatorCfg(joint_names_expr=["shoulder"], min_delay=6, max_delay=6, **pd),
+            "net": ActuatorNetMLPCfg(
+                joint_names_expr=["elbow"], network_file=str(tmp_path / "sum.pt"), saturation_effort=50.0, **net
+            ),
+        }
+        env = make_env(cfg=cfg)
+        env.reset(seed=1)
+        generator = torch.Generator().manual_seed(4)
+        seen = []
+        for step in range(6):
+            if resets and step == 3 and to_state:
+                env.reset_to(_of_one(env.scene.get_state(), 2), [2])
+            elif resets and step == 3:
+                env.reset(env_ids=[2])
+            seen.append(env.step(torch.rand(3, 2, generator=generator))[0]["policy"][:2].clone())
+        return torch.stack(seen)
+
+    assert torch.equal(run(resets=True), run(resets=False))
 
 
 def test_reset_to_puts_environments_into_a_recorded_state(make_env, elbow_position):

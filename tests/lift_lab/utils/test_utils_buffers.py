@@ -29,6 +29,19 @@ def test_the_first_value_fills_the_history():
     assert ring.current_length.tolist() == [1, 1, 1]
 
 
+@pytest.mark.parametrize("others_have_values", [True, False])
+def test_an_entry_can_be_given_its_first_value_apart_from_the_others(others_have_values):
+    delay = DelayBuffer(2, 3, "cpu")
+    delay.set_time_lag(2)
+    for step in range(5) if others_have_values else ():
+        delay.compute(value(step))
+    delay.reset(torch.tensor([1]))
+    delay.fill(torch.tensor([[70.0, 71.0]]), torch.tensor([1]))
+    late = [delay.compute(value(step))[:, 0].tolist() for step in (5, 6, 7)]
+    others = [3.0, 4.0, 5.0] if others_have_values else [5.0, 5.0, 5.0]
+    assert late == [[other, own, other] for other, own in zip(others, [70.0, 70.0, 5.0], strict=True)]
+
+
 @pytest.mark.parametrize("ids", [[1], torch.tensor([1])])
 def test_a_reset_environment_starts_anew_and_the_others_go_on(ids):
     ring = CircularBuffer(3, 3, "cpu")

@@ -227,6 +227,27 @@ class Articulation(MovableAsset):
         for actuator in self.actuators.values():
             actuator.reset(ids)
 
+    def start_episodes(self, env_ids: torch.Tensor) -> None:
+        """Let explicit actuators of these environments (a LongTensor) alone start from the targets a reset left."""
+        data = self.data
+        if data._explicit_effort is None or data._explicit_computed is None:
+            return
+        data._explicit_effort = data._explicit_effort.index_fill(0, env_ids, 0.0)
+        data._explicit_computed = data._explicit_computed.index_fill(0, env_ids, 0.0)
+        for actuator in self.actuators.values():
+            if not actuator.is_implicit_model:
+                actuator.start_episodes(env_ids, self._targets(actuator, env_ids))
+
+    def _targets(self, actuator: ActuatorBase, env_ids: torch.Tensor | slice = slice(None)) -> ArticulationActions:
+        """Targets of an actuator's joints in some environments."""
+        data, ids = self.data, actuator.joint_indices
+        return ArticulationActions(
+            joint_positions=data.joint_pos_target[env_ids][:, ids],
+            joint_velocities=data.joint_vel_target[env_ids][:, ids],
+            joint_efforts=data.joint_effort_target[env_ids][:, ids],
+            joint_indices=ids,
+        )
+
     def write_data_to_sim(self) -> None:
         """Send targets (and external wrenches) to the engine; explicit actuator models are computed here."""
         super().write_data_to_sim()
@@ -256,12 +277,7 @@ class Articulation(MovableAsset):
             if actuator.is_implicit_model:
                 continue
             ids = actuator.joint_indices
-            targets = ArticulationActions(
-                joint_positions=data.joint_pos_target[:, ids],
-                joint_velocities=data.joint_vel_target[:, ids],
-                joint_efforts=data.joint_effort_target[:, ids],
-                joint_indices=ids,
-            )
+            targets = self._targets(actuator)
             given = actuator.compute(targets, data.joint_pos[:, ids], data.joint_vel[:, ids]).joint_efforts
             assert given is not None, f"{type(actuator).__name__}.compute must return joint_efforts"
             effort[:, ids] = given

@@ -1,8 +1,10 @@
 """Physics on the CPU: `mujoco.batch.Batch`, one MuJoCo simulation per environment on a thread pool.
 
 The state is float64 and lives in the batch's rows; what is bound is mirrored to float32 after every call. The
-result is the same bit for bit at any number of threads. MuJoCo's printed warnings are kept silent (no console
-line, no log file): :meth:`NativePhysics.health` reports them instead.
+result is the same bit for bit at any number of threads. The warnings that MuJoCo counts are not printed:
+:meth:`NativePhysics.health` reports them instead. A few that it does not count ("Linesearch objective is not convex"
+where a state blows up) still go to the console and to ``MUJOCO_LOG.TXT``; a callback for them would be called from the
+engine's threads, and for the whole process.
 """
 
 from __future__ import annotations

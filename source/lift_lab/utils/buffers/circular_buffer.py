@@ -74,6 +74,23 @@ class CircularBuffer:
         if self._ring is not None:
             self._ring[:, ids] = 0
 
+    def fill(self, data: torch.Tensor, batch_ids: Sequence[int] | torch.Tensor) -> None:
+        """Start some batch entries anew with a first value, which fills their history, and leave the others alone.
+
+        Args:
+            data: values of these entries. Shape is (len(batch_ids), ...).
+            batch_ids: the entries.
+        """
+        self._make_ring(data)[:, batch_ids] = data
+        self._num_pushes[batch_ids] = 1
+
+    def _make_ring(self, data: torch.Tensor) -> torch.Tensor:
+        """The ring; made at the first value, which says what its values are like."""
+        if self._ring is None:
+            shape = (self._max_len, self._batch_size, *data.shape[1:])
+            self._ring = torch.zeros(shape, dtype=data.dtype, device=self._device)
+        return self._ring
+
     def append(self, data: torch.Tensor) -> None:
         """Add the latest value of every batch entry. Shape is (batch_size, ...).
 
@@ -83,13 +100,12 @@ class CircularBuffer:
         if data.shape[0] != self._batch_size:
             raise ValueError(f"CircularBuffer: expected a batch of {self._batch_size}, got {data.shape[0]}")
         data = data.to(self._device if self._ring is None else self._ring)
-        if self._ring is None:
-            self._ring = torch.zeros(self._max_len, *data.shape, dtype=data.dtype, device=self._device)
+        ring = self._make_ring(data)
         self._head = (self._head + 1) % self._max_len
-        self._ring[self._head] = data
+        ring[self._head] = data
         if self._some_empty:
             empty = (self._num_pushes == 0).view(-1, *[1] * (data.dim() - 1))
-            torch.where(empty, data, self._ring, out=self._ring)
+            torch.where(empty, data, ring, out=ring)
             self._some_empty = False
         self._num_pushes += 1
 

@@ -87,6 +87,10 @@ class DelayBuffer:
         """Forget the values of some batch entries (None: all); lags stay."""
         self._ring.reset(batch_ids)
 
+    def fill(self, data: torch.Tensor, batch_ids: Sequence[int] | torch.Tensor) -> None:
+        """Put in the first values of some batch entries, shape (len(batch_ids), ...), and leave the others alone."""
+        self._ring.fill(data, batch_ids)
+
     def compute(self, data: torch.Tensor) -> torch.Tensor:
         """Put in the latest values and return the delayed ones. Shapes are (batch_size, ...)."""
         self._ring.append(data)
