@@ -111,7 +111,9 @@ def test_a_task_and_its_play_form_share_a_policy_and_a_task_without_one_names_th
 def test_what_is_made_with_a_shipped_policy_goes_to_the_runs_not_into_the_package(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cfg = AgentCfg()
-    assert runs.output_dir(cfg, PRETRAINED_DIR / "Lift" / "policy.pt") == tmp_path / "logs/rsl_rl/test/pretrained"
+    for task in ("Lift", "Lift-CL"):  # one experiment, two policies
+        place = tmp_path / "logs/rsl_rl/test/pretrained" / task
+        assert runs.output_dir(cfg, PRETRAINED_DIR / task / "policy.pt") == place
     assert runs.output_dir(cfg, tmp_path / "run" / "model_4.pt") == tmp_path / "run"
 
 

@@ -119,7 +119,7 @@ def find_pretrained(task: str) -> Path:
 def output_dir(agent_cfg: Any, checkpoint: Path) -> Path:
     """Where to write what belongs to a checkpoint: beside it, or with the runs for a policy that ships."""
     if checkpoint.is_relative_to(PRETRAINED_DIR):
-        return experiment_dir(agent_cfg) / PRETRAINED
+        return experiment_dir(agent_cfg) / PRETRAINED / checkpoint.parent.name  # tasks may share an experiment
     return checkpoint.parent
 
 
