@@ -3,8 +3,9 @@
 python scripts/rsl_rl/report.py RUNS... --out DIR
 
 RUNS are folders of runs, or folders that hold some (logs/rsl_rl/<experiment>), each possibly with LABEL= in front. Runs
-are grouped by what was trained and averaged over seeds. Evaluations come from a results.json beside the runs, which
-scripts/rsl_rl/study.py writes. Makes DIR/report.html, which needs no other file, and DIR/figures/*.png and *.pdf.
+are grouped by what was trained (task and overrides, or a study's labels) and averaged over seeds. Evaluations come from
+the results.json beside the runs, which scripts/rsl_rl/study.py writes. Makes DIR/report.html, which needs no other
+file, and DIR/figures/*.png and *.pdf.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ def parse():
     parser = cli.Parser(__doc__, overrides=False)
     parser.add_argument("runs", nargs="+", metavar="RUNS", help="folders, each possibly LABEL=FOLDER")
     parser.add_argument("--out", type=Path, required=True, help="folder for the report")
-    parser.add_argument("--results", type=Path, default=None, help="evaluations (default: results.json in RUNS)")
+    parser.add_argument("--results", type=Path, default=None, help="evaluations (default: results.json beside them)")
     parser.add_argument("--baseline", type=str, default=None, help="label that corresponds to the study's baseline")
     parser.add_argument("--curriculum", type=str, default=None, help="label that corresponds to its curriculum")
     parser.add_argument("--tail", type=share, default=0.05, help="share of the iterations that is the end of training")
@@ -42,24 +43,20 @@ def share(text: str) -> float:
 def main() -> int:
     args = parse()
 
-    from lift_lab.utils.errors import ConfigError, suggest
     from lift_lab_rl.study.comparison import Roles
-    from lift_lab_rl.study.curves import find_runs, group_runs
-    from lift_lab_rl.study.page import RESULTS, load_results, tables, write_report
+    from lift_lab_rl.study.curves import find_runs, group_runs, remarks
+    from lift_lab_rl.study.evaluations import collect, find_results
+    from lift_lab_rl.study.page import tables, write_report
 
-    groups = group_runs(find_runs(args.runs))
-    labels = [group.label for group in groups]
-    for name in (args.baseline, args.curriculum):
-        if name is not None and name not in labels:
-            raise ConfigError(f"no runs are labelled '{name}': {suggest(name, labels)}")
-    if args.results is not None:
-        results = load_results(args.results)
-    else:
-        found = [Path(text.rpartition("=")[2]) / RESULTS for text in args.runs]
-        results = next((load_results(path) for path in found if path.is_file()), {})
-    roles = Roles.guess(labels, args.baseline, args.curriculum)
-    page = write_report(groups, results, roles, args.out, args.title, args.tail, args.smoothing)
+    runs = find_runs(args.runs)
+    groups = group_runs(runs)
+    results, left_out = collect([args.results] if args.results is not None else find_results(runs), runs)
+    roles = Roles.guess(groups, args.baseline, args.curriculum)
+    notes = [*remarks(runs), *left_out]
+    page = write_report(groups, results, roles, args.out, args.title, args.tail, args.smoothing, notes)
     show(tables(groups, results, roles, args.tail))
+    for note in notes:
+        print(f"note: {note}")
     print(f"written: {page}")
     return 0
 

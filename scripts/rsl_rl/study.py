@@ -80,8 +80,8 @@ class Study:
 
     def prepare(self) -> None:
         """Take over what an earlier call did."""
+        from lift_lab_rl.study.evaluations import load_results
         from lift_lab_rl.study.jobs import check_settings, in_rounds
-        from lift_lab_rl.study.page import load_results
 
         old = load_results(self.results) if self.results.is_file() else {}
         check_settings(old.get("settings", {}), self._settings, self.results)
@@ -228,9 +228,10 @@ def main() -> int:
     from lift_lab_rl.generalisation import STANDARD, parse_perturbation
     from lift_lab_rl.study.comparison import Roles
     from lift_lab_rl.study.curves import find_runs, group_runs
+    from lift_lab_rl.study.evaluations import load_results
     from lift_lab_rl.study.figures import require_matplotlib
     from lift_lab_rl.study.jobs import Variant, make_jobs
-    from lift_lab_rl.study.page import load_results, write_report
+    from lift_lab_rl.study.page import write_report
     from lift_lab_tasks.utils.hydra import compose
 
     if not args.no_report:
@@ -255,8 +256,7 @@ def main() -> int:
         return 130
     if not args.no_report and any("checkpoint" in job.record for job in jobs):
         groups = group_runs(find_runs([study.folder]))
-        labels = [group.label for group in groups]
-        page = write_report(groups, load_results(study.results), Roles.guess(labels), study.folder / "report")
+        page = write_report(groups, load_results(study.results), Roles.guess(groups), study.folder / "report")
         print(f"written: {page}")
     return 1 if unfinished else 0
 

@@ -1,4 +1,4 @@
-"""Confidence intervals: Wilson's for a success rate, the bootstrap's for a mean over seeds."""
+"""Confidence intervals: Wilson's for a success rate, Student's t for a mean over seeds, Welch's for a difference."""
 
 from __future__ import annotations
 
@@ -28,50 +28,57 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tu
     return max(0.0, (centre - half) / scale), min(1.0, (centre + half) / scale)
 
 
-def bootstrap_interval(
-    values: Sequence[float], confidence: float = 0.95, resamples: int = 10_000, seed: int = 0
-) -> tuple[float, float] | None:
-    """Percentile-bootstrap interval of the mean.
+def t_interval(values: Sequence[float], confidence: float = 0.95) -> tuple[float, float] | None:
+    """Student's t interval of the mean behind ``values``, taken as normally distributed.
 
     Args:
         values: one value for each seed.
-        confidence: share of the resampled means inside.
-        resamples: how many means are drawn.
-        seed: of the draws, so that a report repeats.
+        confidence: share of such intervals that contain the mean.
 
     Returns:
         Lower and upper end; None for fewer than two values, which tell nothing of their spread.
     """
     if len(values) < 2:
         return None
-    means = _resampled_means(np.asarray(values, float), resamples, np.random.default_rng(seed))
-    return _percentiles(means, confidence)
+    return _around(float(np.mean(values)), _squared_error(values), len(values) - 1, confidence)
 
 
-def bootstrap_difference(
-    first: Sequence[float],
-    second: Sequence[float],
-    confidence: float = 0.95,
-    resamples: int = 10_000,
-    seed: int = 0,
+def welch_interval(
+    first: Sequence[float], second: Sequence[float], confidence: float = 0.95
 ) -> tuple[float, float] | None:
-    """Percentile-bootstrap interval of the mean of ``second`` minus the mean of ``first``, resampled independently.
+    """Welch's interval of the mean behind ``second`` minus the mean behind ``first``, which are independent.
 
     Returns:
         Lower and upper end; None if either has fewer than two values.
     """
     if min(len(first), len(second)) < 2:
         return None
-    rng = np.random.default_rng(seed)
-    low = _resampled_means(np.asarray(first, float), resamples, rng)
-    high = _resampled_means(np.asarray(second, float), resamples, rng)
-    return _percentiles(high - low, confidence)
+    parts = [(_squared_error(values), len(values) - 1) for values in (first, second)]
+    total = sum(error for error, _ in parts)
+    dof = total**2 / sum(error**2 / freedom for error, freedom in parts) if total > 0.0 else 1.0
+    return _around(float(np.mean(second) - np.mean(first)), total, dof, confidence)
 
 
-def _resampled_means(values: np.ndarray, resamples: int, rng: np.random.Generator) -> np.ndarray:
-    return values[rng.integers(0, len(values), (resamples, len(values)))].mean(1)
+def t_quantile(confidence: float, dof: float) -> float:
+    """Within how many standard errors of the mean the share ``confidence`` of Student's t distribution lies.
+
+    With t = sqrt(dof) tan(angle), the density of the angle is proportional to cos(angle) to the power of dof - 1.
+
+    Args:
+        confidence: share, in (0, 1).
+        dof: degrees of freedom, at least 1.
+    """
+    angles = np.linspace(0.0, math.pi / 2, 200_001)
+    density = np.cos(angles[:-1] + angles[1] / 2) ** (dof - 1.0)
+    shares = np.concatenate(([0.0], np.cumsum(density) / density.sum()))
+    return math.sqrt(dof) * math.tan(np.interp(confidence, shares, angles))
 
 
-def _percentiles(means: np.ndarray, confidence: float) -> tuple[float, float]:
-    low, high = np.quantile(means, [(1 - confidence) / 2, (1 + confidence) / 2])
-    return float(low), float(high)
+def _squared_error(values: Sequence[float]) -> float:
+    """Squared standard error of the mean."""
+    return float(np.var(values, ddof=1)) / len(values)
+
+
+def _around(middle: float, squared_error: float, dof: float, confidence: float) -> tuple[float, float]:
+    half = t_quantile(confidence, dof) * math.sqrt(squared_error)
+    return middle - half, middle + half

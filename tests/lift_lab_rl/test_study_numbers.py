@@ -1,18 +1,22 @@
 """Reports join continued runs, average over seeds, and set our numbers beside the study's."""
 
+import json
 import re
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.stats import binomtest
 from torch.utils.tensorboard import SummaryWriter
 
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab.utils.io import dump_yaml
-from lift_lab_rl.intervals import bootstrap_difference, bootstrap_interval, wilson_interval
+from lift_lab_rl.intervals import t_interval, t_quantile, welch_interval, wilson_interval
 from lift_lab_rl.study import comparison
 from lift_lab_rl.study.comparison import Roles, verdict
-from lift_lab_rl.study.curves import find_runs, group_runs, smooth
+from lift_lab_rl.study.curves import Group, TrainingRun, find_runs, group_runs, remarks, smooth
+from lift_lab_rl.study.evaluations import collect, find_results, load_results
+from lift_lab_rl.study.figures import draw, save
 from lift_lab_rl.study.jobs import Variant, check_settings, checkpoint_at, in_rounds, make_jobs, newest_checkpoint
 from lift_lab_rl.study.page import write_report
 from lift_lab_rl.study.paper import FIGURES, TABLE_1
@@ -21,7 +25,7 @@ REWARD = "Reward / Total reward (mean)"
 SUCCESS = "Metrics/object_pose/success"
 
 
-def _write(folder, tags, first=1, seed=None, run_name="", task=None):
+def _write(folder, tags, first=1, seed=None, run_name="", task=None, **run):
     """A run's folder: tag -> values from iteration ``first`` on."""
     writer = SummaryWriter(str(folder))
     for tag, values in tags.items():
@@ -31,7 +35,7 @@ def _write(folder, tags, first=1, seed=None, run_name="", task=None):
     if seed is not None:
         dump_yaml(folder / "params" / "agent.yaml", {"seed": seed, "run_name": run_name})
     if task is not None:
-        dump_yaml(folder / "params" / "run.yaml", {"task": task})
+        dump_yaml(folder / "params" / "run.yaml", {"task": task, **run})
 
 
 # -- intervals
@@ -43,19 +47,27 @@ def test_wilson_intervals_are_scipys(wins, trials):
     assert wilson_interval(wins, trials) == pytest.approx((expected.low, expected.high), abs=1e-9)
 
 
-def test_the_bootstrap_of_two_values_spans_them_and_of_one_says_nothing():
-    # The resampled mean of 0 and 1 is 0, 1/2 or 1 with probability 1/4, 1/2, 1/4.
-    assert bootstrap_interval([0.0, 1.0]) == (0.0, 1.0)
-    assert bootstrap_interval([0.0, 1.0], confidence=0.4) == (0.5, 0.5)
-    assert bootstrap_interval([3.0]) is None
-    assert bootstrap_difference([1.0, 1.0], [3.0, 3.0]) == (2.0, 2.0)
-    assert bootstrap_difference([1.0], [3.0, 3.0]) is None
+@pytest.mark.parametrize(("dof", "expected"), [(1, 12.706), (2, 4.303), (4, 2.776), (9, 2.262), (1e6, 1.960)])
+def test_quantiles_of_students_t_are_those_of_the_tables(dof, expected):
+    assert t_quantile(0.95, dof) == pytest.approx(expected, abs=5e-4)
 
 
-def test_a_bootstrap_interval_of_many_values_is_the_normal_one():
-    values = np.random.default_rng(1).normal(5.0, 2.0, 400)
-    half = 1.96 * values.std() / 20.0
-    assert bootstrap_interval(values) == pytest.approx((values.mean() - half, values.mean() + half), abs=0.02)
+def test_intervals_of_means_and_differences_are_scipys():
+    first, second = [2.5, 2.85, 3.14], [3.09, 3.33, 3.49, 3.6]
+    low, high = stats.t.interval(0.95, 2, loc=np.mean(first), scale=stats.sem(first))
+    assert t_interval(first) == pytest.approx((low, high), rel=1e-6)
+    welch = stats.ttest_ind(second, first, equal_var=False).confidence_interval(0.95)
+    assert welch_interval(first, second) == pytest.approx((welch.low, welch.high), rel=1e-6)
+    assert t_interval([3.0]) is welch_interval([1.0], [3.0, 3.0]) is None
+    assert t_interval([3.0, 3.0]) == (3.0, 3.0)
+    assert welch_interval([1.0, 1.0], [3.0, 3.0]) == (2.0, 2.0)
+
+
+def test_an_interval_over_three_seeds_holds_the_mean_as_often_as_it_says():
+    draws = np.random.default_rng(1).normal(5.0, 2.0, (1000, 3))
+    ends = np.array([t_interval(list(values)) for values in draws])
+    # the binomial's deviation is 0.7 points
+    assert np.mean((ends[:, 0] < 5.0) & (ends[:, 1] > 5.0)) == pytest.approx(0.95, abs=0.021)
 
 
 # -- curves
@@ -106,6 +118,50 @@ def test_runs_without_a_name_stay_apart_and_are_labelled_by_task(tmp_path):
         find_runs([tmp_path / "2026-01-01_01-00-00" / "params"])
 
 
+def test_a_run_counts_once_however_often_it_is_given(tmp_path):
+    place = tmp_path / "2026-01-01_00-00-00"
+    _write(place, {REWARD: [1.0]}, seed=1, task="T")
+    (run,) = find_runs([tmp_path, place, f"{tmp_path}/../{tmp_path.name}"])
+    assert run.folders == [place]
+    with pytest.raises(ConfigError, match="given twice, with different labels"):
+        find_runs([tmp_path, f"mine={place}"])
+
+
+def test_runs_of_other_overrides_have_other_labels_and_a_repeated_seed_is_told(tmp_path):
+    for hour, overrides in enumerate(([], ["env.x=1", "agent.seed=1"], ["agent.seed=1"])):
+        folder = tmp_path / f"2026-01-01_0{hour}-00-00"
+        _write(folder, {REWARD: [1.0]}, seed=1, task="T", overrides=overrides)
+    runs = find_runs([tmp_path])
+    assert [run.label for run in runs] == ["T", "T env.x=1", "T"]
+    (remark,) = remarks(runs)
+    assert "'T' has 2 runs of seed 1" in remark
+
+
+def test_runs_are_joined_only_where_one_goes_on_from_the_other(tmp_path):
+    for hour in (1, 2):  # two trainings of one name and seed
+        folder = tmp_path / f"2026-01-01_0{hour}-00-00_again"
+        _write(folder, {REWARD: [hour, hour]}, seed=1, run_name="again", task="T")
+    last = tmp_path / "2026-01-01_03-00-00_third"
+    origin = "2026-01-01_02-00-00_again/model_2.pt"
+    _write(last, {REWARD: [3.0]}, first=3, seed=1, run_name="third", task="T", continues=origin)
+    first, second = find_runs([last, tmp_path])[::-1]
+    assert first.scalars[REWARD][1].tolist() == [1, 1]
+    assert second.scalars[REWARD][1].tolist() == [2, 2, 3]
+
+
+def test_a_run_without_curves_is_left_out_and_told(tmp_path):
+    (tmp_path / "full").mkdir()
+    _write(tmp_path / "full", {REWARD: [1.0]})
+    _write(tmp_path / "begun", {})
+    runs = find_runs([f"x={tmp_path}"])
+    (group,) = group_runs(runs)
+    assert len(group.runs) == 1
+    (remark,) = remarks(runs)
+    assert "begun' is left out" in remark
+    with pytest.raises(FileError, match="no curves in"):
+        group_runs(find_runs([tmp_path / "begun"]))
+
+
 def test_a_group_averages_seeds_over_environment_steps(tmp_path):
     # 100 steps an iteration in one run, 200 in the other: at 200 steps they are at iterations 2 and 1
     _write(tmp_path / "a", {REWARD: [0, 1, 2, 3], "Perf/total_steps": [100, 200, 300, 400]})
@@ -152,9 +208,24 @@ def test_a_claim_holds_where_the_interval_of_the_difference_has_its_sign(sign, d
     assert verdict(sign, difference, ends) == expected
 
 
-def test_roles_are_guessed_from_labels():
-    assert Roles.guess(["Lift-Cube-Franka-CL", "Lift-Cube-Franka"]) == Roles("Lift-Cube-Franka", "Lift-Cube-Franka-CL")
-    assert Roles.guess(["a", "b"], curriculum="a") == Roles("b", "a")
+def _group(label, task=None, seeds=(1,), start=None, **scalars):
+    runs = []
+    for k, seed in enumerate(seeds):
+        curves = {tag: (np.array([1]), np.array([values[k]], float)) for tag, values in scalars.items()}
+        runs.append(TrainingRun(label, seed, [], curves, task, None if start is None else start.runs[k]))
+    return Group(label, runs)
+
+
+def test_roles_go_to_the_studys_tasks_unless_they_are_asked_for():
+    groups = [_group("linear", "lift_lab_tasks:Lift-Cube-Franka-CL"), _group("plain", "Lift-Cube-Franka")]
+    assert Roles.guess(groups) == Roles("plain", "linear")
+    others = [_group("a", "Cartpole"), _group("b"), _group("a-CL", "Reach-Franka")]
+    assert Roles.guess(others) == Roles()
+    assert Roles.guess(others, curriculum="b") == Roles(None, "b")
+    with pytest.raises(ConfigError, match="'b' cannot be both"):
+        Roles.guess(others, "b", "b")
+    with pytest.raises(ConfigError, match="no runs are labelled 'plan': did you mean 'plain'"):
+        Roles.guess(groups, "plan")
 
 
 def _evaluation(wins, trials, change):
@@ -202,10 +273,83 @@ def test_claims_compare_the_ends_of_training_and_the_evaluations(tmp_path):
     groups = group_runs(find_runs(places))
     table = comparison.claims_table(groups, RESULTS, Roles("base", "base-CL"))
     rows = {row[0]: row for row in table.rows}
-    assert rows["higher mean total reward"][2:] == ["131.00", "142.00", "11.00 [8.000, 14.00]", "as the study"]
-    assert rows["smoother actions"][4:] == ["-4.000 [-5.000, -3.000]", "as the study"]
-    # 0.96, 0.98 against 1.00, 0.99: from 0.99 - 0.98 to 1.00 - 0.96
-    assert rows["higher success rate"][4] == "0.0250 [0.0100, 0.0400]"
+    assert rows["higher mean total reward"][2:4] == ["131.00", "142.00"]
+    welch = stats.ttest_ind([140.0, 144.0], [130.0, 132.0], equal_var=False).confidence_interval(0.95)
+    ends = f"[{comparison.number(welch.low)}, {comparison.number(welch.high)}]"
+    assert rows["higher mean total reward"][4:] == [f"11.00 {ends}", "undecided"]
+    # equal spreads: two degrees of freedom, standard error sqrt(0.5), 4.30265 * 0.70711 = 3.04244
+    assert rows["smoother actions"][4:] == ["-4.000 [-7.042, -0.9576]", "as the study"]
+
+
+def test_claims_are_paired_by_seed_where_one_side_began_from_the_other():
+    curriculum = _group("cl", seeds=(1, 2, 3), **{REWARD: (3.09, 3.33, 3.49)})
+    baseline = _group("base", seeds=(1, 2, 3), start=curriculum, **{REWARD: (2.50, 2.85, 3.14)})
+    table = comparison.claims_table([curriculum, baseline], {}, Roles("base", "cl"))
+    ends = stats.ttest_rel([3.09, 3.33, 3.49], [2.50, 2.85, 3.14]).confidence_interval(0.95)
+    (row,) = table.rows
+    assert row[4:] == [f"0.4733 [{ends.low:.4f}, {ends.high:.4f}]", "as the study"]
+    baseline.runs[0].start = None  # one began anew
+    (row,) = comparison.claims_table([curriculum, baseline], {}, Roles("base", "cl")).rows
+    assert row[5] == "undecided"
+
+
+# -- evaluations
+
+
+def _study(folder, label, seed, wins):
+    """A study of one run and its results file."""
+    run = folder / f"2026-01-01_00-00-00_{label}-s{seed}"
+    _write(run, {REWARD: [1.0]}, seed=seed, run_name=f"{label}-s{seed}")
+    entry = {"label": label, "seed": seed, "checkpoint": f"/moved/{run.name}/model_1.pt"}
+    content = {"command": "study", "runs": [entry | {"evaluation": _evaluation(wins, 100, 1.0)}]}
+    (folder / "results.json").write_text(json.dumps(content))
+    return run
+
+
+def _shown(*places):
+    runs = find_runs(places)
+    results, left_out = collect(find_results(runs), runs)
+    groups = group_runs(runs)
+    rows = comparison.success_table(results, [group.label for group in groups], Roles()).rows
+    return {row[0]: row[3] for row in rows if row[1] == "100"}, left_out
+
+
+def test_evaluations_of_all_places_are_shown_under_the_labels_of_the_report(tmp_path):
+    place = tmp_path / "lr=1"
+    one, two = _study(place, "x", 1, 90), _study(tmp_path / "b", "x", 1, 80)
+    assert one.name == two.name
+    assert _shown(f"first={place}", f"second={tmp_path / 'b'}") == ({"first": "90", "second": "80"}, [])
+    assert _shown(place) == _shown(one) == ({"x": "90"}, [])
+    _write(place / "2026-01-01_00-00-00_y-s1", {REWARD: [1.0]}, seed=1, run_name="y-s1")
+    shown, (line,) = _shown(place / "2026-01-01_00-00-00_y-s1")
+    assert shown == {}
+    assert "'x', seed 1, in" in line
+    # a file that is named is matched with runs elsewhere
+    named = (place / "results.json").rename(tmp_path / "named.json")
+    results, left_out = collect([named], find_runs([two]))
+    assert len(results["runs"]) == 1
+    assert left_out == []
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"[]", "has no 'runs'"),
+        (b'{"episodes": 4, "success": {}}', "has no 'runs'"),
+        (b'{"runs": [{"seed": 1}]}', "a run has no 'label'"),
+        (b'{"runs": [{"label": "a", "seed": 1, "evaluation": {"x": 1}}]}', "an evaluation of 'a' has no 'success'"),
+        (b"\xff\x00", "it is not JSON"),
+        (b"{", "it is not JSON"),
+    ],
+)
+def test_a_file_of_other_content_is_no_results_file(tmp_path, content, message):
+    (tmp_path / "r.json").write_bytes(content)
+    with pytest.raises(FileError, match=message) as caught:
+        load_results(tmp_path / "r.json")
+    assert "r.json'" in str(caught.value)
+
+
+# -- pages and curriculum jumps
 
 
 def test_a_jump_of_a_penalty_is_found_with_the_success_around_it(tmp_path):
@@ -224,15 +368,26 @@ def test_the_page_needs_nothing_beside_it_and_every_figure_is_a_file(tmp_path):
         _write(tmp_path / label, tags)
         places.append(f"{label}={tmp_path / label}")
     groups = group_runs(find_runs(places))
-    page = write_report(groups, RESULTS, Roles("base", "base-CL"), tmp_path / "out")
+    page = write_report(groups, RESULTS, Roles("base", "base-CL"), tmp_path / "out", notes=["one is missing"])
     text = page.read_text()
     assert text.count("data:image/png;base64,") == len(FIGURES)
     assert not re.search(r"(src|href)=\"(?!data:)", text)
-    for title in ("Table 1", "The study&#x27;s claims", "Generalisation", "Fig. 22. Total Reward"):
+    for title in (
+        "Note: one is missing",
+        "Table 1",
+        "The study&#x27;s claims",
+        "Generalisation",
+        "Fig. 22. Total Reward",
+    ):
         assert title in text
     files = sorted((tmp_path / "out" / "figures").iterdir())
     assert {path.suffix for path in files} == {".png", ".pdf"}
     assert len(files) == 2 * len(FIGURES)
+
+
+def test_a_label_is_no_mathematics(tmp_path):
+    plot = draw(FIGURES[0], [_group(r"a $\{x$", **{FIGURES[0].tags[0]: [1.0]})], {})
+    assert all(path.is_file() for path in save(plot, tmp_path, "a"))
 
 
 # -- jobs

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from lift_lab_rl.intervals import bootstrap_difference, bootstrap_interval, wilson_interval
+from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab_rl.intervals import t_interval, welch_interval, wilson_interval
 
 from .curves import TAIL, Group, TrainingRun
-from .paper import CLAIMS, FIGURES, FURTHER, TABLE_1
+from .paper import BASELINE_TASK, CLAIMS, CURRICULUM_TASK, FIGURES, FURTHER, TABLE_1, Claim
 
 NONE = "-"
 """An empty cell."""
@@ -36,11 +37,23 @@ class Roles:
     curriculum: str | None = None
 
     @classmethod
-    def guess(cls, labels: Sequence[str], baseline: str | None = None, curriculum: str | None = None) -> Roles:
-        """The first label that speaks of a curriculum (``CL``) and the first that does not, unless given."""
-        with_cl = [label for label in labels if "CL" in label.replace("_", "-").split("-") and label != baseline]
-        without = [label for label in labels if label not in with_cl and label != curriculum]
-        return cls(baseline or next(iter(without), None), curriculum or next(iter(with_cl), None))
+    def guess(cls, groups: Sequence[Group], baseline: str | None = None, curriculum: str | None = None) -> Roles:
+        """The labels that were asked for; in place of None the first that was trained on the study's task.
+
+        Raises:
+            ConfigError: there are no runs of a label that was asked for, or one label is to be both.
+        """
+        for name in (baseline, curriculum):
+            if name is not None and name not in (labels := [group.label for group in groups]):
+                raise ConfigError(f"no runs are labelled '{name}': {suggest(name, labels)}")
+        if baseline is not None and baseline == curriculum:
+            raise ConfigError(f"'{baseline}' cannot be both baseline and curriculum")
+        asked = (baseline, curriculum)
+        found = [
+            next((group.label for group in groups if group.task == task and group.label not in asked), None)
+            for task in (BASELINE_TASK, CURRICULUM_TASK)
+        ]
+        return cls(baseline or found[0], curriculum or found[1])
 
 
 def number(value: float | None) -> str:
@@ -54,10 +67,10 @@ def number(value: float | None) -> str:
 
 
 def mean_with_interval(values: Sequence[float]) -> str:
-    """Mean over seeds and its 95 % bootstrap interval."""
+    """Mean over seeds and its 95 % interval (Student's)."""
     if not values:
         return NONE
-    ends = bootstrap_interval(values)
+    ends = t_interval(values)
     text = number(float(np.mean(values)))
     return text if ends is None else f"{text} [{number(ends[0])}, {number(ends[1])}]"
 
@@ -91,9 +104,9 @@ def numbers_table(groups: Sequence[Group], roles: Roles, tail: float = TAIL) -> 
     table = Table(
         "End of training",
         ["figure", "study: baseline", "study: curriculum", *(group.label for group in groups)],
-        note=f"Ours: mean over the last {tail:.0%} of iterations, then over seeds, with its 95 % bootstrap interval "
-        f"over them. The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, its "
-        f"curriculum to {roles.curriculum or NONE}.",
+        note=f"Ours: mean over the last {tail:.0%} of iterations, then over seeds, with its 95 % interval over "
+        f"them (Student's t). The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, "
+        f"its curriculum to {roles.curriculum or NONE}.",
     )
     for figure in (*FIGURES, *FURTHER):
         ours = [group.at_end(figure.tags, tail) for group in groups]
@@ -138,9 +151,9 @@ def _jump(run: TrainingRun) -> int | None:
 # -- evaluations
 
 
-def _entries(results: dict[str, Any], label: str, key: str = "evaluation") -> list[dict[str, Any]]:
+def _entries(results: dict[str, Any], label: str) -> list[dict[str, Any]]:
     """Evaluations of the runs of a label."""
-    return [run[key] for run in results.get("runs", []) if run["label"] == label and run.get(key)]
+    return [run["evaluation"] for run in results.get("runs", []) if run["label"] == label and run.get("evaluation")]
 
 
 def success_table(results: dict[str, Any], labels: Sequence[str], roles: Roles) -> Table:
@@ -177,7 +190,7 @@ _EVALUATION_ROWS = (
 
 def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
     """What the policies do without exploration noise."""
-    table = Table("Evaluation", ["measure", *labels], note="Mean over seeds with its 95 % bootstrap interval.")
+    table = Table("Evaluation", ["measure", *labels], note="Mean over seeds with its 95 % interval (Student's t).")
     entries = {label: _entries(results, label) for label in labels}
     logs = dict.fromkeys(key for some in entries.values() for entry in some for key in entry.get("logs", {}))
     rows = [*_EVALUATION_ROWS, *((key, key) for key in logs if not key.startswith("Metrics/physics/"))]
@@ -188,16 +201,17 @@ def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
     return table
 
 
+def _value(entry: dict[str, Any], key: str) -> float | None:
+    """A figure of an evaluation, or None; ``success`` is the rate over all its episodes."""
+    if key == "success":
+        return entry["success"].get(str(entry["episodes"]))
+    return entry.get(key, entry.get("logs", {}).get(key))
+
+
 def _values(entries: Sequence[dict[str, Any]], key: str) -> list[float]:
-    """A figure of each evaluation; ``success`` is the rate over all its episodes."""
-    found = []
-    for entry in entries:
-        if key == "success":
-            value = entry["success"].get(str(entry["episodes"]))
-        else:
-            value = entry.get(key, entry.get("logs", {}).get(key))
-        found += [] if value is None else [float(value)]
-    return found
+    """A figure of each evaluation that has it."""
+    found = (_value(entry, key) for entry in entries)
+    return [float(value) for value in found if value is not None]
 
 
 def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
@@ -230,27 +244,50 @@ def claims_table(groups: Sequence[Group], results: dict[str, Any], roles: Roles,
     table = Table(
         "The study's claims",
         ["curriculum against baseline", "study", "baseline", "curriculum", "difference [95 %]", "direction"],
-        note="Bootstrap interval of the difference of means over seeds. 'undecided': the interval contains 0.",
+        note="Interval of the difference of means over seeds: Student's t of the differences within each seed where "
+        "all runs of one side began from the other's of the same seed, else Welch's. 'undecided': the interval "
+        "contains 0.",
     )
     by_label = {group.label: group for group in groups}
+    sides = [by_label.get(label or "") for label in (roles.baseline, roles.curriculum)]
+    paired = began_from(sides[0], sides[1]) or began_from(sides[1], sides[0])
     for claim in CLAIMS:
-        sides = []
-        for label in (roles.baseline, roles.curriculum):
-            if label is None:
-                sides.append([])
-            elif claim.tag.startswith("evaluation:"):
-                sides.append(_values(_entries(results, label), claim.tag.removeprefix("evaluation:")))
-            else:
-                sides.append(by_label[label].at_end([claim.tag], tail) if label in by_label else [])
-        first, second = sides
+        first, second = (_claimed(side, results, claim, tail) for side in sides)
         if not first or not second:
             continue
-        difference = float(np.mean(second) - np.mean(first))
-        ends = bootstrap_difference(first, second)
+        values = [[value for _, value in side] for side in (first, second)]
+        difference = float(np.mean(values[1]) - np.mean(values[0]))
+        if paired and sorted(seed for seed, _ in first) == sorted(seed for seed, _ in second):
+            before = dict(first)
+            ends = t_interval([value - before[seed] for seed, value in second])
+        else:
+            ends = welch_interval(values[0], values[1])
         shown = number(difference) + (f" [{number(ends[0])}, {number(ends[1])}]" if ends else "")
-        cells = [claim.text, claim.of_study, number(float(np.mean(first))), number(float(np.mean(second)))]
+        cells = [claim.text, claim.of_study, *(number(float(np.mean(side))) for side in values)]
         table.rows.append([*cells, shown, verdict(claim.sign, difference, ends)])
     return table
+
+
+def began_from(later: Group | None, earlier: Group | None) -> bool:
+    """Whether every run of a group began from a checkpoint of the other group's run of the same seed."""
+    if later is None or earlier is None:
+        return False
+    starts = [(run.start.label, run.start.seed) if run.start is not None else None for run in later.runs]
+    seeds = [run.seed for run in later.runs]
+    return len(set(seeds)) == len(seeds) and starts == [(earlier.label, seed) for seed in seeds]
+
+
+def _claimed(group: Group | None, results: dict[str, Any], claim: Claim, tail: float) -> list[tuple[Any, float]]:
+    """Seed and value of what decides a claim, run by run."""
+    if group is None:
+        return []
+    key = claim.tag.removeprefix("evaluation:")
+    if key == claim.tag:
+        found = [(run.seed, run.at_end([key], tail)) for run in group.runs]
+    else:
+        runs = [run for run in results.get("runs", []) if run["label"] == group.label and run.get("evaluation")]
+        found = [(run.get("seed"), _value(run["evaluation"], key)) for run in runs]
+    return [(seed, float(value)) for seed, value in found if value is not None]
 
 
 def verdict(sign: int, difference: float, ends: tuple[float, float] | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,6 +32,10 @@ class TrainingRun:
     seed: int | None
     folders: list[Path]
     scalars: Scalars = field(default_factory=dict)
+    task: str | None = None
+    """Id of the task; None if the run does not tell."""
+    start: TrainingRun | None = None
+    """The run from whose checkpoint this one began, where that one is there, too."""
 
     def find(self, tags: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
         """The curve of the first tag that there is."""
@@ -61,6 +66,11 @@ class Group:
 
     label: str
     runs: list[TrainingRun]
+
+    @property
+    def task(self) -> str | None:
+        """Id of the task of its first run, without the module that registers it."""
+        return (self.runs[0].task or "").rpartition(":")[2] or None
 
     def at_end(self, tags: Sequence[str], tail: float = TAIL) -> list[float]:
         """The end of training of each run that has the curve."""
@@ -124,53 +134,84 @@ def read_scalars(folder: str | Path) -> Scalars:
     return scalars
 
 
+def split_place(place: str | Path) -> tuple[str | None, Path]:
+    """``"LABEL=FOLDER"`` as label and folder; the label is None without one, as for a folder with ``=`` in its name."""
+    label, equals, path = str(place).partition("=")
+    return (label, Path(path)) if equals and not Path(place).is_dir() else (None, Path(place))
+
+
 def find_runs(places: Iterable[str | Path]) -> list[TrainingRun]:
-    """The runs in some places.
+    """The runs in some places, each once.
 
     Args:
         places: folders of runs, or folders that hold such folders; each may have ``LABEL=`` in front.
 
     Raises:
         FileError: a place holds no run.
-        ConfigError: there are none at all.
+        ConfigError: there are none at all, or a run has two labels.
     """
-    pieces = []
-    for place in places:
-        label, equals, path = str(place).partition("=")
-        if not equals or Path(place).is_dir():
-            label, path = None, str(place)
-        folder = Path(path)
-        found = sorted({events.parent for events in folder.glob("**/events.out.tfevents.*")})
+    labels: dict[Path, str | None] = {}
+    for label, place in map(split_place, places):
+        found = sorted({events.parent.resolve() for events in place.glob("**/events.out.tfevents.*")})
         if not found:
-            raise FileError(f"no training run in '{folder}': no event files")
-        pieces += [_Piece(found_folder, label) for found_folder in found]
-    if not pieces:
+            raise FileError(f"no training run in '{place}': no event files")
+        for folder in found:
+            if labels.setdefault(folder, label) != label:
+                raise ConfigError(f"'{folder}' is given twice, with different labels")
+    if not labels:
         raise ConfigError("no runs given")
-    return _join(pieces)
+    return _join([_Piece(folder, label) for folder, label in labels.items()])
 
 
 def group_runs(runs: Iterable[TrainingRun]) -> list[Group]:
-    """Runs by label, in the order in which the labels first come."""
-    groups: dict[str, Group] = {}
+    """Runs by label, in the order in which the labels first come; without those that have no curves.
+
+    Raises:
+        FileError: none has curves.
+    """
+    runs, groups = list(runs), {}
     for run in runs:
-        groups.setdefault(run.label, Group(run.label, [])).runs.append(run)
+        if run.scalars:
+            groups.setdefault(run.label, Group(run.label, [])).runs.append(run)
+    if runs and not groups:
+        raise FileError(f"no curves in '{runs[0].folders[0]}': its event files are empty")
     return list(groups.values())
+
+
+def remarks(runs: Sequence[TrainingRun]) -> list[str]:
+    """What a reader of a comparison of these runs has to know: runs without curves, and seeds that come twice."""
+    found = [f"'{run.folders[0]}' is left out: its event files are empty" for run in runs if not run.scalars]
+    counts = Counter((run.label, run.seed) for run in runs if run.scalars and run.seed is not None)
+    for (label, seed), count in counts.items():
+        if count > 1:
+            found.append(
+                f"'{label}' has {count} runs of seed {seed}, which intervals count as independent: "
+                f"leave some out, or tell them apart with LABEL="
+            )
+    return found
+
+
+_NO_MATTER = re.compile(r"(env|agent)\.(seed|run_name|experiment_name|max_iterations|save_interval|logger)=")
+"""Overrides that do not change what is trained, or only the seed."""
 
 
 class _Piece:
     """One folder of event files."""
 
     def __init__(self, folder: Path, label: str | None):
-        agent = read_params(folder, "agent")
+        agent, run = read_params(folder, "agent"), read_params(folder, "run")
         self.folder = folder
         self.name = str(agent.get("run_name") or "")
         self.seed = agent.get("seed")
         self.scalars = read_scalars(folder)
+        self.task: str | None = run.get("task")
         named = _STUDY_NAME.fullmatch(self.name)
-        if label is None and named is not None and int(named[2]) == self.seed:
-            label = named[1]
-        run = read_params(folder, "run")
-        self.label = label or run.get("task") or folder.name
+        self.of_study = named is not None and int(named[2]) == self.seed
+        """Whether a study made it, whose pieces of one name are one training."""
+        if named is not None and self.of_study:
+            label = label or named[1]
+        overrides = [text for text in run.get("overrides") or () if not _NO_MATTER.match(text)]
+        self.label = label or (" ".join([self.task, *overrides]) if self.task else folder.name)
         self.continues = str(run.get("continues") or "").partition("/")[0]
         """Name of the folder of the run that this one went on from; empty if it began anew."""
 
@@ -181,31 +222,34 @@ class _Piece:
 
 
 def _join(pieces: list[_Piece]) -> list[TrainingRun]:
-    """Continued runs as one. Folder names begin with the time, so that their order is that of the pieces.
+    """Continued runs as one, in the order in which their first pieces are given.
 
-    A run that goes on from another's checkpoint begins with the other's curves, where that one is there, too.
+    A run that goes on from another's checkpoint begins with the other's curves, where that one is there, too: the
+    two are one if label and seed are the same, and the other was not continued under another name already.
     """
-    runs: list[TrainingRun] = []
-    by_key: dict[tuple, TrainingRun] = {}
-    by_folder: dict[str, TrainingRun] = {}
-    branches: list[tuple[_Piece, TrainingRun]] = []
-    for piece in pieces:
+    runs: dict[Path, TrainingRun] = {}
+    names: dict[int, str] = {}
+    of_study: dict[tuple, TrainingRun] = {}
+    for piece in sorted(pieces, key=lambda piece: piece.folder.name):  # names begin with the time
+        origin = runs.get(piece.folder.parent / piece.continues) if piece.continues else None
+        if origin is None and piece.continues:
+            origin = next((run for folder, run in runs.items() if folder.name == piece.continues), None)
         key = (piece.folder.parent, piece.label, piece.name, piece.seed)
-        run = by_key.get(key)
-        if run is None or (not piece.name and piece.first == 1):
-            run = TrainingRun(piece.label, piece.seed, [])
-            runs.append(run)
-            by_key[key] = run
-            if piece.continues:
-                branches.append((piece, run))
-        by_folder[piece.folder.name] = run
+        run = of_study.get(key) if piece.of_study else None
+        if run is None and origin is not None and (origin.label, origin.seed) == (piece.label, piece.seed):
+            newest = origin.folders[-1].name == piece.continues
+            run = origin if newest or names[id(origin)] == piece.name else None
+        if run is None:
+            run = TrainingRun(piece.label, piece.seed, [], task=piece.task, start=origin)
+        if piece.of_study:
+            of_study[key] = run
+        names[id(run)] = piece.name
+        runs[piece.folder] = run
         run.folders.append(piece.folder)
-        run.scalars = _continued(run.scalars, piece.first, piece.scalars)
-    for piece, run in sorted(branches, key=lambda branch: branch[0].folder.name):  # by time: a branch may have branches
-        origin = by_folder.get(piece.continues)
-        if origin is not None and origin is not run:
-            run.scalars = _continued(origin.scalars, piece.first, run.scalars)
-    return runs
+        if piece.scalars:
+            earlier = run.scalars or (run.start.scalars if run.start is not None else {})
+            run.scalars = _continued(earlier, piece.first, piece.scalars)
+    return list({id(runs[piece.folder]): runs[piece.folder] for piece in pieces}.values())
 
 
 def _continued(earlier: Scalars, first: int, later: Scalars) -> Scalars:

@@ -61,7 +61,8 @@ def _panel(panel: Any, band: Band, group: Group, colour: str, smoothing: float, 
             f"study: {end:g}", (0.01, end), xycoords=("axes fraction", "data"), ha="left", va="bottom", fontsize=7
         )
     seeds = len(group.runs)
-    panel.set_title(f"{group.label} ({seeds} seed{'s' if seeds != 1 else ''})", fontsize=9)
+    label = group.label.replace("$", r"\$")  # no mathematics
+    panel.set_title(f"{label} ({seeds} seed{'s' if seeds != 1 else ''})", fontsize=9)
     panel.grid(alpha=0.25, linewidth=0.5)
     panel.tick_params(labelsize=8)
 

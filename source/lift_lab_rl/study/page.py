@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lift_lab.utils.errors import FileError
 from lift_lab_rl.files import write_atomically
 
 from . import comparison
@@ -18,9 +16,6 @@ from .curves import TAIL, Group
 from .figures import draw, file_stem, require_matplotlib, save
 from .paper import FIGURES, FURTHER
 
-RESULTS = "results.json"
-"""File of a study's evaluations."""
-
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 table { border-collapse: collapse; margin: .5rem 0 1rem; font-size: 13px; display: block; overflow-x: auto; }
@@ -28,18 +23,6 @@ th, td { border-bottom: 1px solid #ddd; padding: .25rem .6rem; text-align: left;
 th { background: #f4f4f4; } td { font-variant-numeric: tabular-nums; }
 figure { margin: 1rem 0; } figure img { max-width: 100%; } figcaption, .note { color: #666; font-size: 13px; }
 """
-
-
-def load_results(path: str | Path) -> dict[str, Any]:
-    """A study's results file.
-
-    Raises:
-        FileError: there is none, or it is not JSON.
-    """
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError) as error:
-        raise FileError(f"cannot read '{path}': {error}") from error
 
 
 def tables(groups: Sequence[Group], results: dict[str, Any], roles: Roles, tail: float = TAIL) -> list[Table]:
@@ -65,17 +48,19 @@ def write_report(
     title: str = "Curriculum against baseline",
     tail: float = TAIL,
     smoothing: float = 0.9,
+    notes: Sequence[str] = (),
 ) -> Path:
     """Write ``report.html``, ``figures/*.png`` and ``figures/*.pdf``.
 
     Args:
         groups: what was trained.
-        results: evaluations, as of :func:`load_results`; may be empty.
+        results: evaluations, as of :func:`~lift_lab_rl.study.evaluations.collect`; may be empty.
         roles: which labels correspond to the study's.
         out: folder.
         title: heading.
         tail: share of the iterations that counts as the end of training.
         smoothing: of the curves, in [0, 1).
+        notes: what a reader has to know.
 
     Returns:
         The page.
@@ -94,11 +79,17 @@ def write_report(
             caption = f"Fig. {figure.number}. {figure.title}" if figure.number else figure.title
             pictures.append((caption, png))
     page = folder / "report.html"
-    write_atomically(page, _html(title, tables(groups, results, roles, tail), pictures, results).encode())
+    write_atomically(page, _html(title, tables(groups, results, roles, tail), pictures, results, notes).encode())
     return page
 
 
-def _html(title: str, made: Sequence[Table], pictures: Sequence[tuple[str, Path]], results: dict[str, Any]) -> str:
+def _html(
+    title: str,
+    made: Sequence[Table],
+    pictures: Sequence[tuple[str, Path]],
+    results: dict[str, Any],
+    notes: Sequence[str],
+) -> str:
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -107,6 +98,7 @@ def _html(title: str, made: Sequence[Table], pictures: Sequence[tuple[str, Path]
     ]
     if "command" in results:
         parts.append(f"<p class='note'>Made by <code>{html.escape(results['command'])}</code></p>")
+    parts += [f"<p>Note: {html.escape(note)}</p>" for note in notes]
     parts += [_table(table) for table in made]
     parts.append("<h2>Curves</h2><p class='note'>Thin: mean over seeds; thick: the same, smoothed; shaded: least to "
                  "greatest over seeds; dashed: the study's end value.</p>")  # fmt: skip

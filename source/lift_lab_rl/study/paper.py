@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+BASELINE_TASK, CURRICULUM_TASK = "Lift-Cube-Franka", "Lift-Cube-Franka-CL"
+"""Our tasks that the study's two trainings correspond to."""
+
 TOTAL_STEPS = 100_000 * 4_096
 """Environment steps of each of the study's two trainings."""
 
