@@ -8,9 +8,10 @@ The policy acts without noise. Every environment runs whole episodes, and all co
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
-from cli_args import add_checkpoint_args, make_parser, positive
+from cli_args import add_checkpoint_args, make_parser, positive, split_overrides
 
 from lift_lab.app import AppLauncher, cli
 
@@ -25,14 +26,19 @@ def parse():
     parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
     parser.add_argument(
         "--perturb",
-        action="append",
+        action="extend",
+        nargs="+",
         default=[],
         metavar="NAME=NUMBER",
         help="change the task: mass=2 and friction=0.5 (factors), pose=1.5 (starts outside the trained range, within "
-        "this factor of it), delay=0.01 (of actions, in s); give several to combine them",
+        "this factor of it), delay=0.01 (of actions, in s); several act together",
     )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
-    return parser.parse()
+    overrides, words = split_overrides(sys.argv[1:])
+    args, overrides = parser.parse([*overrides, *words])
+    if "standard" in args.perturb:
+        parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
+    return args, overrides
 
 
 def main() -> int:
@@ -45,7 +51,7 @@ def main() -> int:
     from lift_lab_rl.counters import load_counters
     from lift_lab_rl.evaluation import add_success_probe, evaluate
     from lift_lab_rl.files import write_atomically
-    from lift_lab_rl.generalisation import perturb
+    from lift_lab_rl.generalisation import perturb_all
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs, task_kwargs
@@ -58,8 +64,7 @@ def main() -> int:
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     if args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
-    for text in args.perturb:
-        perturb(env_cfg, text)
+    perturb_all(env_cfg, args.perturb)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))

@@ -11,6 +11,7 @@ one, so that "Lift-Cube-Franka from=Lift-Cube-Franka-CL@750" saves three quarter
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import re
@@ -24,7 +25,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from cli_args import positive
+from cli_args import positive, split_overrides
 
 from lift_lab.app import cli
 
@@ -35,27 +36,42 @@ def parse():
     parser = cli.Parser(__doc__, multirun=False)  # a variant is a task in quotes
     tasks = ["Lift-Cube-Franka", "Lift-Cube-Franka-CL"]
     parser.add_argument("--tasks", nargs="+", default=tasks, help="TASK, or 'LABEL=TASK from=LABEL@N override ...'")
-    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3], help="seeds of the trainings")
-    parser.add_argument("--name", type=str, default="study", help="folder under logs/rsl_rl")
+    parser.add_argument("--seeds", nargs="+", type=seed, default=[1, 2, 3], help="seeds of the trainings")
+    parser.add_argument("--name", type=folder_name, default="study", help="folder under logs/rsl_rl")
     parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of each training")
     parser.add_argument("--num_envs", type=positive, default=None, help="environments of each training")
     parser.add_argument("--processes", type=positive, default=1, help="trainings at the same time")
     parser.add_argument("--num_threads", type=positive, default=None, help="threads of each (default: an equal share)")
     parser.add_argument("--device", type=str, default=None, help="torch device")
     parser.add_argument("--episodes", type=positive, default=1000, help="episodes of each evaluation")
-    parser.add_argument("--eval_seed", type=int, default=1000, help="seed of every evaluation: all see the same starts")
+    parser.add_argument(
+        "--eval_seed", type=seed, default=1000, help="seed of every evaluation: all see the same starts"
+    )
     parser.add_argument("--checkpoint", choices=["latest", "best"], default="latest", help="what is evaluated")
     parser.add_argument(
         "--perturb", nargs="*", default=[], help="perturbations to evaluate, e.g. mass=2 delay=0.01; 'standard' for all"
     )
     parser.add_argument("--perturb_episodes", type=positive, default=None, help="episodes under each perturbation")
     parser.add_argument("--no_report", action="store_true", help="leave the report out")
-    # Flags with several values would take overrides that follow them, too.
-    overrides = [word for word in sys.argv[1:] if re.match(r"[+~]{0,2}(env|agent)[./]", word)]
-    args, rest = parser.parse([word for word in sys.argv[1:] if word not in overrides])
+    overrides, words = split_overrides(sys.argv[1:])
+    args, rest = parser.parse(words)
     if rest:
         parser.error(f"unexpected argument '{rest[0]}'")
     return args, overrides
+
+
+def seed(text: str) -> int:
+    """A whole number that a training can be seeded with."""
+    if not text.isdecimal() or int(text) >= 2**32:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 to {2**32 - 1}, got '{text}'")
+    return int(text)
+
+
+def folder_name(text: str) -> str:
+    """The name of a folder."""
+    if not re.fullmatch(r"[\w.+-]+", text) or text in (".", ".."):
+        raise argparse.ArgumentTypeError(f"'{text}' cannot be a folder's name: expected letters, digits and . _ + -")
+    return text
 
 
 class Study:
@@ -77,6 +93,35 @@ class Study:
         threads = args.num_threads or (share if args.processes > 1 else None)
         self._common = ["--num_threads", str(threads)] if threads else []
         self._common += ["--device", args.device] if args.device else []
+
+    def check(self) -> None:
+        """Find a mistake before the first training.
+
+        Raises:
+            LiftLabError: names it.
+        """
+        from lift_lab.sim.simulation_context import resolve_device
+        from lift_lab_rl.generalisation import parse_perturbation, perturb
+        from lift_lab_rl.study.jobs import check_start, newest_checkpoint
+        from lift_lab_tasks.utils.hydra import compose
+
+        for text in self.perturb:
+            parse_perturbation(text)
+        if self.args.device is not None:
+            resolve_device(self.args.device)
+        variants = {job.variant.label: job.variant for job in self.jobs}
+        agents: dict[str, Any] = {}
+        for label, variant in variants.items():
+            for text in (None, *self.perturb):
+                words = [*variant.overrides, *self.overrides]
+                env_cfg, agents[label] = compose(variant.task, "rsl_rl_cfg_entry_point", words)
+                if text is not None:
+                    perturb(env_cfg, text)
+        length = {label: self.args.max_iterations or agent.max_iterations for label, agent in agents.items()}
+        for job in self.jobs:  # what an earlier call has trained is found when it is needed
+            label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None
+            if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
+                check_start(job.variant, length[label], agents[origin].save_interval, length[origin])
 
     def prepare(self) -> None:
         """Take over what an earlier call did."""
@@ -137,7 +182,7 @@ class Study:
 
     def _train(self, job: Any) -> bool:
         from lift_lab.utils.errors import FileError
-        from lift_lab_rl.study.jobs import checkpoint_at, newest_checkpoint
+        from lift_lab_rl.study.jobs import best_checkpoint, checkpoint_at, newest_checkpoint
 
         wanted = self.args.max_iterations or self._configured_iterations(job)
         found = newest_checkpoint(self.folder, job.name)
@@ -162,8 +207,10 @@ class Study:
                 job.record["status"] = ended
                 return False
         path, job.record["iterations"] = found
-        best = path.with_name("model_best.pt")
-        checkpoint = best if self.args.checkpoint == "best" and best.is_file() else path
+        checkpoint = path if self.args.checkpoint == "latest" else best_checkpoint(self.folder, job.name)
+        if checkpoint is None:
+            job.record["status"] = "no model_best.pt"
+            return False
         if job.record.get("checkpoint") != str(checkpoint):  # what was measured is of an earlier one
             job.record.pop("evaluation", None)
             job.record.pop("perturbed", None)
@@ -225,24 +272,20 @@ def main() -> int:
     args, overrides = parse()
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab_rl.generalisation import STANDARD, parse_perturbation
+    from lift_lab_rl.generalisation import STANDARD
     from lift_lab_rl.study.comparison import Roles
     from lift_lab_rl.study.curves import find_runs, group_runs
     from lift_lab_rl.study.evaluations import load_results
     from lift_lab_rl.study.figures import require_matplotlib
     from lift_lab_rl.study.jobs import Variant, make_jobs
     from lift_lab_rl.study.page import write_report
-    from lift_lab_tasks.utils.hydra import compose
 
     if not args.no_report:
         require_matplotlib()
     perturb = [name for text in args.perturb for name in (STANDARD if text == "standard" else (text,))]
-    for text in perturb:
-        parse_perturbation(text)
     jobs = make_jobs([Variant.parse(text) for text in args.tasks], args.seeds)
-    for job in jobs[: len(args.tasks)]:  # a mistake ends the study before its first training
-        compose(job.variant.task, "rsl_rl_cfg_entry_point", [*job.variant.overrides, *overrides])
     study = Study(args, overrides, jobs, perturb)
+    study.check()
     study.prepare()
     before = {number: signal.signal(number, study.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -15,7 +15,7 @@ What the task randomises itself is left out where a perturbation fixes it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import torch
@@ -62,10 +62,23 @@ def perturb(env_cfg: Any, text: str, object_name: str = "object") -> None:
         ConfigError: the text cannot be read, or the task has nothing that it could change.
     """
     name, value = parse_perturbation(text)
-    if name in ("mass", "pose") and not hasattr(env_cfg.scene, object_name):
-        names = [key for key in vars(env_cfg.scene) if not key.startswith("_")]
-        raise ConfigError(f"perturbation '{text}': the scene has no '{object_name}': {suggest(object_name, names)}")
+    if name in ("mass", "pose") and getattr(env_cfg.scene, object_name, None) is None:
+        raise ConfigError(f"perturbation '{text}': this task has no '{object_name}' to perturb")
     PERTURBATIONS[name](env_cfg, value, object_name)
+
+
+def perturb_all(env_cfg: Any, texts: Sequence[str]) -> None:
+    """Change an environment's configuration by several perturbations, which act together.
+
+    Raises:
+        ConfigError: as of :func:`perturb`, or one comes twice.
+    """
+    names = [parse_perturbation(text)[0] for text in texts]
+    for name in names:
+        if names.count(name) > 1:
+            raise ConfigError(f"perturbation '{name}' is given twice")
+    for text in texts:
+        perturb(env_cfg, text)
 
 
 # -- mass and friction
@@ -231,9 +244,10 @@ def _perturb_delay(env_cfg: Any, delay_s: float, _: str) -> None:
 
 
 def _delayed(base: Any, substeps: int) -> type:
-    """A sub-class of an action term whose actions arrive ``substeps`` physics steps late.
+    """A sub-class of an action term whose targets arrive ``substeps`` physics steps late.
 
-    Before an episode's first action arrives, the action is zero, as the action manager has it after a reset.
+    Before an episode's first targets arrive, they are those of a zero action, as the action manager has it after a
+    reset.
     """
 
     class Delayed(base):
@@ -241,20 +255,31 @@ def _delayed(base: Any, substeps: int) -> type:
 
         def __init__(self, cfg: Any, env: Any):
             super().__init__(cfg, env)
-            self._queue = torch.zeros(substeps + 1, self.num_envs, self.action_dim, device=self.device)
+            self._queue = self._at_rest().repeat(substeps + 1, 1, 1)
 
         def process_actions(self, actions: torch.Tensor) -> None:
-            self._newest = actions
+            super().process_actions(actions)
+            self._newest = self._processed_actions.clone()
 
         def apply_actions(self) -> None:
             self._queue = self._queue.roll(1, 0)
             self._queue[0] = self._newest
-            super().process_actions(self._queue[-1])
+            self._processed_actions = self._queue[-1]
             super().apply_actions()
 
         def reset(self, env_ids: Any = None) -> None:
             super().reset(env_ids)
-            self._queue[:, slice(None) if env_ids is None else env_ids] = 0.0
+            rows = slice(None) if env_ids is None else env_ids
+            self._queue[:, rows] = self._at_rest()[rows]
+
+        def _at_rest(self) -> torch.Tensor:
+            """Targets of a zero action, which leaves the term as it is."""
+            before = [(name, value, value.clone()) for name, value in vars(self).items() if torch.is_tensor(value)]
+            super().process_actions(torch.zeros(self.num_envs, self.action_dim, device=self.device))
+            targets = self._processed_actions.clone()
+            for name, value, content in before:
+                setattr(self, name, value.copy_(content))
+            return targets
 
     Delayed.__name__ = Delayed.__qualname__ = f"Delayed{base.__name__}"
     return Delayed

@@ -6,7 +6,7 @@ import torch
 from lift_lab.envs import ManagerBasedRLEnv, mdp
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
-from lift_lab_rl.generalisation import STANDARD, outside_unit_box, parse_perturbation, perturb
+from lift_lab_rl.generalisation import STANDARD, outside_unit_box, parse_perturbation, perturb, perturb_all
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.joint_pos_env_cfg import FrankaCubeLiftEnvCfg
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.soft_cube_env_cfg import FrankaSoftCubeLiftEnvCfg
 
@@ -123,3 +123,40 @@ def test_delayed_actions_reach_the_joints_two_physics_steps_late():
 def test_a_delay_must_be_a_multiple_of_the_physics_step():
     with pytest.raises(ConfigError, match="multiple of the physics step"):
         perturb(FrankaCubeLiftEnvCfg(), "delay=0.007")
+
+
+def test_a_perturbation_that_comes_twice_or_has_no_object_is_refused():
+    with pytest.raises(ConfigError, match="perturbation 'mass' is given twice"):
+        perturb_all(FrankaCubeLiftEnvCfg(), ["mass=2", "friction=0.5", "mass=3"])
+    cfg = FrankaCubeLiftEnvCfg()
+    cfg.scene.object = None
+    with pytest.raises(ConfigError, match="this task has no 'object' to perturb"):
+        perturb(cfg, "mass=2")
+
+
+def test_a_delay_leaves_the_filter_of_an_action_as_it_is():
+    def filtered(cfg):
+        cfg.actions.arm_action = mdp.EMAJointPositionToLimitsActionCfg(
+            asset_name="robot", joint_names=["panda_joint.*"], alpha=0.5
+        )
+
+    def targets(env):
+        env.reset()
+        arm = env.action_manager.get_term("arm_action")
+        apply, found = arm.apply_actions, []
+
+        def watch():
+            apply()
+            found.append(env.scene["robot"].data.joint_pos_target[0, 0].item())
+
+        arm.apply_actions = watch
+        for value in (1.0, -0.5, 0.25):
+            env.step(torch.full((2, 8), value))
+        env.close()
+        return found
+
+    plain = targets(_make(num_envs=2, edit=filtered))
+    delayed = targets(_make("delay=0.01", num_envs=2, edit=filtered))
+    # without a delay the targets are written once in the four physics steps of a step
+    steps = plain if len(plain) == 3 else plain[::4]
+    assert delayed[2:] == pytest.approx([value for value in steps for _ in range(4)][:10], abs=1e-6)

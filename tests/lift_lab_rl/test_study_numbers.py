@@ -17,7 +17,17 @@ from lift_lab_rl.study.comparison import Roles, verdict
 from lift_lab_rl.study.curves import Group, TrainingRun, find_runs, group_runs, remarks, smooth
 from lift_lab_rl.study.evaluations import collect, find_results, load_results
 from lift_lab_rl.study.figures import draw, save
-from lift_lab_rl.study.jobs import Variant, check_settings, checkpoint_at, in_rounds, make_jobs, newest_checkpoint
+from lift_lab_rl.study.jobs import (
+    Variant,
+    best_checkpoint,
+    check_settings,
+    check_start,
+    checkpoint_at,
+    in_rounds,
+    make_jobs,
+    newest_checkpoint,
+    read_evaluation,
+)
 from lift_lab_rl.study.page import write_report
 from lift_lab_rl.study.paper import FIGURES, TABLE_1
 
@@ -400,6 +410,8 @@ def test_a_variant_is_a_task_with_a_label_and_overrides():
     for wrong in ("", "a/b=Task", "label="):
         with pytest.raises(ConfigError, match="expected TASK"):
             Variant.parse(wrong)
+    with pytest.raises(ConfigError, match="no closing quotation"):
+        Variant.parse("a=Cartpole 'x")
 
 
 def test_a_variant_may_start_from_anothers_checkpoint():
@@ -457,6 +469,34 @@ def test_the_newest_checkpoint_is_the_one_with_most_iterations(tmp_path):
             (tmp_path / folder / name).touch()
     path, iterations = newest_checkpoint(tmp_path, "x-s1")
     assert (path.parent.name, iterations) == ("2026-01-02_00-00-00_x-s1-2", 100)
+
+
+def test_the_best_checkpoint_may_be_in_an_earlier_piece(tmp_path):
+    for folder, name in (("2026-01-01_00-00-00_x-s1", "model_best.pt"), ("2026-01-02_00-00-00_x-s1", "model_9.pt")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / name).touch()
+    assert best_checkpoint(tmp_path, "x-s1") == tmp_path / "2026-01-01_00-00-00_x-s1" / "model_best.pt"
+    assert best_checkpoint(tmp_path, "y-s1") is None
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [(40, "saves every 50 iterations up to 90"), (0, "saves every"), (100, "trained to 100 only"), (95, "saves every")],
+)
+def test_a_start_that_will_not_be_saved_is_refused(start, message):
+    for saved in (50, 90):  # the last iteration is saved, too
+        check_start(Variant("b", "T", start=("a", saved)), 100, 50, 90)
+    with pytest.raises(ConfigError, match=message):
+        check_start(Variant("b", "T", start=("a", start)), 100, 50, 90)
+
+
+def test_an_evaluation_that_was_cut_off_is_not_done(tmp_path):
+    path, done = tmp_path / "e.json", {"checkpoint": "c", "episodes": 4, "seed": 1}
+    path.write_text(json.dumps(done))
+    assert read_evaluation(path, "c", 4, 1) == done
+    for text in ('{"checkpoint": "c", "epi', "[]", "{}"):
+        path.write_text(text)
+        assert read_evaluation(path, "c", 4, 1) is None
 
 
 def test_a_study_of_other_settings_is_refused(tmp_path):

@@ -36,7 +36,10 @@ class Variant:
         Raises:
             ConfigError: no task, a label that cannot be part of a folder's name, or a start that names no iteration.
         """
-        words = shlex.split(text)
+        try:
+            words = shlex.split(text)
+        except ValueError as error:
+            raise ConfigError(f"the task '{text}' cannot be read: {str(error).lower()}") from error
         starts = [word for word in words[1:] if word.startswith("from=")]
         words = [word for word in words if word not in starts]
         label, equals, task = words[0].partition("=") if words else ("", "", "")
@@ -122,6 +125,29 @@ def in_rounds(jobs: Sequence[Job], trained: Sequence[str] = ()) -> list[list[Job
     return rounds
 
 
+def check_start(variant: Variant, iterations: int, save_interval: int, origin_iterations: int) -> None:
+    """Check that a variant's start will be saved.
+
+    Args:
+        variant: starts from another.
+        iterations: how long it is to be trained, those of its start included.
+        save_interval: iterations between two checkpoints of the other.
+        origin_iterations: how long the other is trained.
+
+    Raises:
+        ConfigError: there will be no such checkpoint, or it leaves nothing to train.
+    """
+    assert variant.start is not None
+    origin, start = variant.start
+    if start >= iterations:
+        raise ConfigError(f"'{variant.label}' starts from iteration {start}, but is trained to {iterations} only")
+    if start < 1 or (start != origin_iterations and (start % save_interval or start > origin_iterations)):
+        raise ConfigError(
+            f"'{variant.label}' cannot start from '{origin}@{start}': '{origin}' saves every {save_interval} "
+            f"iterations up to {origin_iterations}"
+        )
+
+
 def checkpoint_at(folder: Path, run_name: str, iteration: int) -> Path:
     """A run's checkpoint of an iteration; of its newest piece that has it.
 
@@ -142,15 +168,26 @@ def newest_checkpoint(folder: Path, run_name: str) -> tuple[Path, int] | None:
     return None if iterations is None else (found[iterations], iterations)
 
 
+def best_checkpoint(folder: Path, run_name: str) -> Path | None:
+    """A run's ``model_best.pt``, of its newest piece that has one; None without one."""
+    found = [piece / "model_best.pt" for piece in _pieces(folder, run_name) if (piece / "model_best.pt").is_file()]
+    return found[-1] if found else None
+
+
+def _pieces(folder: Path, run_name: str) -> list[Path]:
+    """Folders of a run, the oldest first."""
+    places = sorted(folder.iterdir()) if folder.is_dir() else []
+    return [place for place in places if re.fullmatch(rf"{_TIME}{re.escape(run_name)}(-\d+)?", place.name)]
+
+
 def _checkpoints(folder: Path, run_name: str) -> dict[int, Path]:
     """A run's checkpoints by their iterations, which ascend; of its newest piece where several have one."""
     found = []
-    for piece in folder.iterdir() if folder.is_dir() else ():
-        if re.fullmatch(rf"{_TIME}{re.escape(run_name)}(-\d+)?", piece.name):
-            for path in piece.glob("model_*.pt"):
-                digits = path.stem.removeprefix("model_")
-                if digits.isdigit():
-                    found.append((int(digits), piece.name, path))
+    for piece in _pieces(folder, run_name):
+        for path in piece.glob("model_*.pt"):
+            digits = path.stem.removeprefix("model_")
+            if digits.isdigit():
+                found.append((int(digits), piece.name, path))
     return {iterations: path for iterations, _, path in sorted(found)}
 
 
@@ -158,9 +195,12 @@ def read_evaluation(path: Path, checkpoint: Path, episodes: int, seed: int) -> d
     """An evaluation that was done before; None if there is none of this checkpoint, length and seed."""
     if not path.is_file():
         return None
-    content = json.loads(path.read_text(encoding="utf-8"))
-    same = (content["checkpoint"], content["episodes"], content["seed"]) == (str(checkpoint), episodes, seed)
-    return content if same else None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:  # cut off: it is done again
+        return None
+    wanted = {"checkpoint": str(checkpoint), "episodes": episodes, "seed": seed}
+    return content if isinstance(content, dict) and wanted.items() <= content.items() else None
 
 
 def check_settings(old: dict[str, Any], new: dict[str, Any], path: Path) -> None:
