@@ -25,11 +25,25 @@ import warnings  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from lift_lab.app import AppLauncher, cli  # noqa: E402
+from lift_lab.app.arguments import positive  # noqa: E402
 
 WARM_UP = 5
 """Steps before the clock starts."""
 
 SUITES = ("scale", "startup", "gpu")
+
+USED_BY = {
+    "steps": (None, "scale", "gpu"),
+    "num_envs": (None, "startup", "gpu"),
+    "memory_steps": (None, "scale"),
+    "profile": (None,),
+    "profile_training": (None,),
+    "sizes": SUITES,
+    "plot": ("scale",),
+    "train_seconds": ("gpu",),
+    "cold": ("gpu",),
+}
+"""Flags that not every suite reads, and those that do; None is a call without a suite."""
 
 SUITE_TASK = "Lift-Cube-Franka-CL"
 """Task of a suite, unless --task names another."""
@@ -39,17 +53,17 @@ def parse():
     parser = cli.Parser(__doc__)
     parser.add_argument("--task", type=str, default=None, help="id of the task")
     parser.add_argument("--suite", choices=SUITES, default=None, help=f"a set of measurements (of {SUITE_TASK})")
-    parser.add_argument("--num_envs", type=int, default=None, help="number of environments")
-    parser.add_argument("--steps", type=int, default=200, help="environment steps to measure")
+    parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
+    parser.add_argument("--steps", type=positive, default=None, help="environment steps to measure (default: 200)")
     parser.add_argument("--seed", type=int, default=42, help="seed of environment and actions")
-    parser.add_argument("--num_threads", type=int, default=None, help="CPU threads (default: all)")
+    parser.add_argument("--num_threads", type=positive, default=None, help="CPU threads (default: all)")
     parser.add_argument(
-        "--memory_steps", type=int, default=None, help="steps, of all environments together, to watch memory for"
+        "--memory_steps", type=positive, default=None, help="steps, of all environments together, to watch memory for"
     )
     parser.add_argument("--profile", action="store_true", help="show where the CPU time of a step goes, too")
     parser.add_argument(
         "--profile_training",
-        type=int,
+        type=positive,
         default=None,
         help="show where the CPU time of this many iterations of training goes",
     )
@@ -57,29 +71,33 @@ def parse():
     suites = parser.add_argument_group("suites")
     suites.add_argument("--sizes", type=sizes, default=None, help="numbers of environments, separated by commas")
     suites.add_argument("--plot", type=Path, default=None, help="file for the plot of the suite 'scale'")
-    suites.add_argument("--train_seconds", type=int, default=300, help="longest training of the suite 'gpu'")
+    suites.add_argument("--train_seconds", type=positive, default=None, help="longest training of 'gpu' (default: 300)")
     suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels anew, to time it")
     AppLauncher.add_app_launcher_args(parser)
     args, overrides = parser.parse()
-    for name in ("num_envs", "steps", "num_threads", "memory_steps", "train_seconds", "profile_training"):
-        value = getattr(args, name)
-        if value is not None and value < 1:
-            parser.error(f"argument --{name}: expected a whole number of at least 1, got '{value}'")
+    for name, users in USED_BY.items():
+        if getattr(args, name) not in (None, False) and args.suite not in users:
+            where = " or ".join("no --suite" if user is None else f"--suite {user}" for user in users)
+            parser.error(f"--{name} belongs to {where}")
+    if args.suite == "startup" and args.sizes is not None and args.num_envs is not None:
+        parser.error("--sizes and --num_envs both say how many environments: give one")
     if args.suite is None and args.task is None:
         parser.error("the following arguments are required: --task (or --suite)")
+    args.steps, args.train_seconds = args.steps or 200, args.train_seconds or 300
     return args, overrides
 
 
 def sizes(text: str) -> list[int]:
     """Whole numbers of at least 1."""
-    numbers = [int(part) for part in text.split(",")]
-    if min(numbers) < 1:
-        raise ValueError
-    return numbers
+    return [positive(part) for part in text.split(",")]
 
 
 def main() -> int:
     args, overrides = parse()
+    if args.json is not None:
+        from lift_lab_rl.files import check_target
+
+        check_target(args.json)
     if args.suite is not None:
         from benchmark_suites import run_suite
 

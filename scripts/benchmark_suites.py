@@ -54,8 +54,6 @@ class Results:
 
 def run_suite(args: Any, overrides: list[str]) -> dict[str, Any]:
     """Run the suite ``args.suite``; returns its results."""
-    if args.plot is not None and args.suite != "scale":
-        raise ConfigError("--plot belongs to --suite scale")
     results = Results(args)
     {"scale": scale, "startup": startup, "gpu": gpu}[args.suite](args, overrides, results)
     if results.path is not None:

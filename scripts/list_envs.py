@@ -10,10 +10,12 @@ from lift_lab.app import cli
 
 
 def main() -> int:
-    parser = cli.Parser(__doc__)
+    parser = cli.Parser(__doc__, multirun=False)
     parser.add_argument("--keyword", type=str, default=None, help="show only ids that contain this, in any case")
     parser.add_argument("--describe", type=str, default=None, metavar="ID", help="show what a task is made of")
     args, overrides = parser.parse()
+    if args.describe is not None and args.keyword is not None:
+        parser.error("--keyword filters the list of tasks, which --describe does not show: leave one out")
     if overrides and args.describe is None:
         parser.error(f"unexpected argument '{overrides[0]}'")
 

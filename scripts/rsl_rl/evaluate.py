@@ -11,7 +11,7 @@ import json
 import sys
 from pathlib import Path
 
-from cli_args import add_checkpoint_args, make_parser, positive, split_overrides
+from cli_args import add_checkpoint_args, check_agent, check_checkpoint_args, make_parser, positive, split_overrides
 
 from lift_lab.app import AppLauncher, cli
 
@@ -36,6 +36,7 @@ def parse():
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     overrides, words = split_overrides(sys.argv[1:])
     args, overrides = parser.parse([*overrides, *words])
+    check_checkpoint_args(parser, args)
     if "standard" in args.perturb:
         parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
     return args, overrides
@@ -50,7 +51,7 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.counters import load_counters
     from lift_lab_rl.evaluation import add_success_probe, evaluate
-    from lift_lab_rl.files import write_atomically
+    from lift_lab_rl.files import check_target, write_atomically
     from lift_lab_rl.generalisation import perturb_all
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.threads import use_one_torch_thread
@@ -58,6 +59,9 @@ def main() -> int:
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.parse_cfg import names_path
 
+    check_agent(args)
+    if args.json is not None:
+        check_target(args.json)
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cli_args import add_checkpoint_args, make_parser, positive
-from video_args import add_video_args, apply_video_args
-from watching import add_watching_args, is_asked, watch
+from cli_args import add_checkpoint_args, check_agent, check_checkpoint_args, make_parser, positive
+from video_args import add_video_args, apply_video_args, given_video_args
+from watching import SCRIPTED, add_watching_args, check_watching_args, is_asked, watch
 
 from lift_lab.app import AppLauncher, cli
 
@@ -32,6 +32,10 @@ def parse():
         args.video, overrides = "", [args.video, *overrides]
     if args.video and not args.video.endswith(".mp4"):
         parser.error(f"--video: expected a file ending in .mp4, got '{args.video}'")
+    if args.video is None and args.video_length is not None:
+        parser.error("--video_length says how long a video is: add --video")
+    check_checkpoint_args(parser, args)
+    check_watching_args(parser, args, given_video_args(args))
     args.steps = args.steps or args.video_length
     args.video, args.video_file = args.video is not None, args.video
     return args, overrides
@@ -62,6 +66,7 @@ def main() -> int:
 
     if args.video:
         require_video()
+    check_agent(args, *SCRIPTED)
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     if args.experiment_name is not None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 
-from cli_args import make_parser, positive
+from cli_args import check_agent, make_parser, positive
 from video_args import add_video_args, apply_video_args
 
 from lift_lab.app import AppLauncher, cli
@@ -68,6 +68,7 @@ def main() -> int:
         if place.is_main:
             console.print(text, markup=False, highlight=False, soft_wrap=True)
 
+    check_agent(args)
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     runs.check_given_once(env_cfg, agent_cfg, args, overrides)
     for name in ("max_iterations", "run_name", "experiment_name", "load_run", "logger"):

@@ -18,6 +18,11 @@ def add_video_args(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--video_rewards", action="store_true", help="write the reward terms over the picture")
 
 
+def given_video_args(args: argparse.Namespace) -> list[str]:
+    """Those of the flags that are given."""
+    return [f"--{name}" for name in ("video_envs", "video_camera", "video_rewards") if getattr(args, name)]
+
+
 def apply_video_args(args: argparse.Namespace, env_cfg: Any) -> None:
     """Write the flags into the environment's viewer.
 
@@ -26,7 +31,7 @@ def apply_video_args(args: argparse.Namespace, env_cfg: Any) -> None:
     """
     from lift_lab.utils.errors import ConfigError
 
-    given = [f"--{name}" for name in ("video_envs", "video_camera", "video_rewards") if getattr(args, name)]
+    given = given_video_args(args)
     if not args.video:
         if given:
             raise ConfigError(f"{given[0]} says what a video shows: add --video")

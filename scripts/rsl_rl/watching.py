@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import re
 import signal
+from collections.abc import Sequence
 from pathlib import Path
+
+from cli_args import check_agent
+
+from lift_lab.app import cli
 
 SCRIPTED = ("zero", "random")
 """Values of --agent that need no checkpoint."""
@@ -16,8 +22,27 @@ _MOST_ENVS = 50
 def add_watching_args(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the viewer and the replay."""
     parser.add_argument("--viewer", action="store_true", help="show it live in a browser, on this machine only")
-    parser.add_argument("--port", type=int, default=8080, help="port of the viewer; 0 takes any free one")
+    parser.add_argument("--port", type=int, default=None, help="port of the viewer (default: 8080); 0: any free one")
     parser.add_argument("--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays it")
+
+
+def check_watching_args(parser: cli.Parser, args: argparse.Namespace, video_flags: Sequence[str]) -> None:
+    """End with one line where a flag would say nothing.
+
+    Args:
+        parser: of the flags.
+        args: the flags.
+        video_flags: those that are given and say what a video shows.
+    """
+    if args.port is not None and not args.viewer:
+        parser.error("--port is the viewer's: add --viewer")
+    if video_flags and (args.viewer or args.replay is not None):
+        parser.error(f"{video_flags[0]} belongs to --video, not to --viewer and --replay")
+    if args.replay is not None and args.replay.suffix != ".html":
+        parser.error(f"--replay: expected a file ending in .html, got '{args.replay}'")
+    for name in ("checkpoint", "load_run", "experiment_name"):
+        if args.agent in SCRIPTED and getattr(args, name) is not None:
+            parser.error(f"--agent {args.agent} needs no --{name}")
 
 
 def is_asked(args: argparse.Namespace) -> bool:
@@ -32,7 +57,8 @@ def watch(args: argparse.Namespace, overrides: list[str]) -> int:
         LiftLabError: flags that do not go together, a port that is taken, viser missing, no checkpoint, ...
     """
     from lift_lab.utils.errors import ConfigError
-    from lift_lab.visualizers import open_server, require_viser
+    from lift_lab.visualizers import DEFAULT_PORT, open_server, require_viser
+    from lift_lab_rl.files import check_target
 
     if args.viewer == (args.replay is not None):
         raise ConfigError("choose one of --viewer and --replay FILE.html (--agent zero and random need one of them)")
@@ -40,8 +66,9 @@ def watch(args: argparse.Namespace, overrides: list[str]) -> int:
         raise ConfigError("--video films off screen: leave it out with --viewer and --replay")
     require_viser()
     if args.replay is not None:
+        check_target(args.replay)
         return _run(args, overrides, None)
-    server = open_server(args.port, args.task)
+    server = open_server(DEFAULT_PORT if args.port is None else args.port, args.task)
     try:
         return _run(args, overrides, server)
     finally:
@@ -60,14 +87,13 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     from lift_lab_tasks.utils import runs, task_kwargs
     from lift_lab_tasks.utils.hydra import compose
 
+    check_agent(args, *SCRIPTED)
     env_cfg, agent_cfg = compose(args.task, None if args.agent in SCRIPTED else args.agent, overrides)
-    if agent_cfg is None and args.checkpoint is not None:
-        raise ConfigError(f"--agent {args.agent} needs no --checkpoint")
     configured = env_cfg.scene.num_envs
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
     if agent_cfg is not None and args.experiment_name is not None:
         agent_cfg.experiment_name = args.experiment_name
-    if args.num_envs is None and not any("scene.num_envs=" in text for text in overrides):
+    if args.num_envs is None and not any(re.match(r"\+*env\.scene\b.*\bnum_envs\b", text) for text in overrides):
         env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
     checkpoint = (

@@ -8,7 +8,6 @@ its numbers from what ``evaluate.py --task TASK --checkpoint CHECKPOINT --json R
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
@@ -33,17 +32,13 @@ def main() -> int:
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab.utils.assets import PRETRAINED_DIR
-    from lift_lab.utils.errors import FileError
+    from lift_lab_rl.files import read_json
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.rsl_rl.pretrained import write_pretrained
     from lift_lab_tasks.utils import runs
     from lift_lab_tasks.utils.hydra import compose
 
-    results = None
-    if args.evaluation is not None:
-        if not args.evaluation.is_file():
-            raise FileError(f"no file '{args.evaluation}'")
-        results = json.loads(args.evaluation.read_text())
+    results = None if args.evaluation is None else read_json(args.evaluation)
     name = runs.pretrained_name(args.task)
     args.num_envs = 16
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)

@@ -14,16 +14,17 @@ import time
 from pathlib import Path
 
 from lift_lab.app import cli
+from lift_lab.app.arguments import positive
 
 
 def main() -> int:
     parser = cli.Parser(__doc__, overrides=False)
     parser.add_argument("--task", default="Lift-Cube-Franka", help="id of the task")
-    parser.add_argument("--num_envs", type=int, default=512, help="number of environments")
-    parser.add_argument("--steps", type=int, default=100, help="steps to measure")
-    parser.add_argument("--length", type=int, default=5, help="steps in a video")
-    parser.add_argument("--interval", type=int, default=50, help="steps between the starts of two videos")
-    parser.add_argument("--video_envs", type=int, default=1, help="environments in the frame")
+    parser.add_argument("--num_envs", type=positive, default=512, help="number of environments")
+    parser.add_argument("--steps", type=positive, default=100, help="steps to measure")
+    parser.add_argument("--length", type=positive, default=5, help="steps in a video")
+    parser.add_argument("--interval", type=positive, default=50, help="steps between the starts of two videos")
+    parser.add_argument("--video_envs", type=positive, default=1, help="environments in the frame")
     args, _ = parser.parse()
     step_s, film_s, draw_s, videos = measure(args)
     frames = videos * args.length

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import json
 import os
 import pickle
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +23,62 @@ def write_atomically(path: str | Path, data: bytes) -> None:
     Args:
         path: where to; its folder is made.
         data: content.
+
+    Raises:
+        FileError: it cannot be written.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
+    except OSError as error:
+        _remove(temporary)
+        raise FileError(f"cannot write '{path}': {error.strerror or error}") from error
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
         raise
     _sync_folder(path.parent)
+
+
+def _remove(temporary: Path) -> None:
+    with contextlib.suppress(OSError):
+        temporary.unlink()
+
+
+def check_target(path: str | Path) -> None:
+    """Check that a file can be written, before the work that it is for; makes its folder.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot write '{path}': {error.strerror}: '{error.filename}'") from error
+    if path.is_dir():
+        raise FileError(f"cannot write '{path}': it is a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise FileError(f"cannot write '{path}': its folder is read-only")
+
+
+def read_json(path: str | Path) -> Any:
+    """Content of a JSON file.
+
+    Raises:
+        FileError: there is none, or it is not JSON.
+    """
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileError(f"cannot read '{path}': {error.strerror}") from error
+    except ValueError as error:
+        raise FileError(f"cannot read '{path}': it is not JSON: {error}") from error
 
 
 def _sync_folder(folder: Path) -> None:
@@ -58,15 +103,18 @@ def load_torch(path: str | Path, map_location: str | None = "cpu") -> Any:
     """Read a file of tensors and plain values; code in it is not run.
 
     Raises:
-        FileError: no such file, or not one that torch wrote.
+        FileError: no such file, or not a checkpoint.
     """
     if not Path(path).is_file():
         raise FileError(f"no file '{path}'")
     try:
-        return torch.load(path, map_location=map_location, weights_only=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of TorchScript, which ends in an error anyway
+            return torch.load(path, map_location=map_location, weights_only=True)
+    except PermissionError as error:
+        raise FileError(f"cannot read '{path}': {error.strerror}") from error
     except (RuntimeError, EOFError, OSError, ValueError, LookupError, TypeError, pickle.UnpicklingError) as error:
-        reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise FileError(f"cannot read '{path}': {reason[:160]}") from error
+        raise FileError(f"cannot read '{path}': it is no checkpoint (model_N.pt), or not a whole one") from error
 
 
 def canonical(value: Any) -> Any:

@@ -11,6 +11,7 @@ import gymnasium as gym
 
 from lift_lab.utils.io import dump_yaml
 
+from .files import check_target
 from .video import RecordVideo
 
 
@@ -37,7 +38,11 @@ def film_playing(env: gym.Env, file: Path, length: int) -> RecordVideo:
         env: a manager-based environment.
         file: the video.
         length: steps in it.
+
+    Raises:
+        FileError: the video cannot be written.
     """
+    check_target(file)
     return RecordVideo(env, lambda _: file, interval=1 << 60, length=length, background=False)
 
 

@@ -486,8 +486,27 @@ def test_an_export_that_acts_otherwise_is_an_error():
     runner, _ = train(None, iterations=1)
     policy = runner.get_inference_policy()
     model = policy.as_jit().eval()
+    check_export("ONNX", policy, None, model)
     with pytest.raises(ExportError, match="differs"):
-        check_export("ONNX", policy, model, lambda obs: model(obs) + 0.01)
+        check_export("ONNX", policy, None, lambda obs: model(obs) + 0.01)
+
+
+@pytest.mark.parametrize("kind", ["gru", "lstm"])
+def test_the_memory_of_an_exported_policy_is_compared_too(tmp_path, kind):
+    cfg = AgentCfg()
+    settings = {k: v for k, v in vars(cfg.policy).items() if k != "class_name"}
+    cfg.policy = RslRlPpoActorCriticRecurrentCfg(**settings, rnn_type=kind, rnn_hidden_dim=6, rnn_num_layers=1)
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    policy = runner.alg.get_policy()
+    assert export_policy_as_onnx(policy, tmp_path).is_file()
+    scripted = torch.jit.load(export_policy_as_jit(policy, None, tmp_path))
+
+    def forgetful(obs):
+        scripted.reset()
+        return scripted(obs)
+
+    with pytest.raises(ExportError, match="differs"):
+        check_export("TorchScript", policy, None, forgetful)
 
 
 # -- annealing

@@ -9,8 +9,6 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from lift_lab.utils.errors import ConfigError
-
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
@@ -61,9 +59,30 @@ def test_what_was_measured_before_a_failure_is_kept(suites, tmp_path, monkeypatc
     assert [row["num_envs"] for row in content["sizes"]] == [8]
 
 
-def test_a_plot_is_of_the_scale_suite(suites, tmp_path):
-    with pytest.raises(ConfigError, match="--plot belongs to --suite scale"):
-        suites.run_suite(arguments("gpu", tmp_path, plot=tmp_path / "a.png"), [])
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        ("--suite gpu --plot a.png", "--plot belongs to --suite scale"),
+        ("--task Cartpole --cold", "--cold belongs to --suite gpu"),
+        ("--task Cartpole --sizes 4", "--sizes belongs to --suite scale or --suite startup or --suite gpu"),
+        ("--task Cartpole --train_seconds 4", "--train_seconds belongs to --suite gpu"),
+        ("--suite scale --profile", "--profile belongs to no --suite"),
+        ("--suite gpu --profile_training 2", "--profile_training belongs to no --suite"),
+        ("--suite scale --num_envs 4", "--num_envs belongs to no --suite or --suite startup or --suite gpu"),
+        ("--suite startup --memory_steps 4", "--memory_steps belongs to no --suite or --suite scale"),
+        ("--suite startup --num_envs 4 --sizes 8", "--sizes and --num_envs both say"),
+        ("--suite scale --sizes 4,b", "argument --sizes: expected a whole number of at least 1, got 'b'"),
+        ("--task Cartpole --json .", "cannot write '.': it is a folder"),
+    ],
+)
+def test_a_flag_that_would_do_nothing_is_refused(monkeypatch, capsys, flags, message):
+    monkeypatch.setattr(sys, "argv", ["benchmark.py", *flags.split()])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(SCRIPTS / "benchmark.py"), run_name="__main__")
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
 
 
 def test_without_a_task_or_a_suite_the_benchmark_asks_for_one(monkeypatch, capsys):

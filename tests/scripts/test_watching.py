@@ -67,6 +67,18 @@ def test_a_port_that_is_taken_is_told_before_anything_is_built(script):
         (["--viewer", "--video"], "--video films off screen"),
         (["--viewer", "--port", "0", "--agent", "zero", "--checkpoint", "x.pt"], "needs no --checkpoint"),
         (["--viewer", "--port", "0"], "train first"),
+        (["--viewer", "--agent", "zero", "--load_run", "x"], "--agent zero needs no --load_run"),
+        (["--viewer", "--agent", "random", "--experiment_name", "x"], "--agent random needs no --experiment_name"),
+        (["--port", "8081"], "--port is the viewer's: add --viewer"),
+        (["--replay", "a.html", "--port", "8081"], "--port is the viewer's: add --viewer"),
+        (["--replay", "a.txt"], "expected a file ending in .html"),
+        (["--replay", "/proc/a/b.html", "--agent", "zero"], "cannot write '/proc/a/b.html'"),
+        (["--viewer", "--video_envs", "2"], "--video_envs belongs to --video"),
+        (["--video_length", "5"], "--video_length says how long a video is: add --video"),
+        (["--checkpoint", "pretrained", "--load_run", "x"], "--load_run chooses among runs"),
+        (["--agent", "sb3_cfg_entry_point"], "did you mean 'rsl_rl_cfg_entry_point'"),
+        (["--agent", "none"], "choose one of: 'rsl_rl_cfg_entry_point', 'zero', 'random'"),
+        (["--checkpoint", "pretrained", "--video", "--video_camera", "nope"], "camera 'nope'"),
     ],
 )
 def test_flags_that_do_not_go_together_are_answered_in_one_line(script, args, message):

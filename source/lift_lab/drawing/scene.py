@@ -81,7 +81,7 @@ class SceneDrawer:
             DrawError: no OpenGL library could be opened, or there is no such camera.
         """
         self._model, self._origins = model, np.asarray(origins, dtype=np.float32)
-        self._camera_id = _camera_id(model, camera)
+        self._camera_id = find_camera(model, camera)
         settings: Any = model.vis
         settings.global_.offwidth, settings.global_.offheight = width, height
         settings.quality.shadowsize = 4096 if fine else 1024
@@ -176,7 +176,7 @@ class SceneDrawer:
             self._context = None
 
 
-def _camera_id(model: mujoco.MjModel, name: str | None) -> int | None:
+def find_camera(model: mujoco.MjModel, name: str | None) -> int | None:
     """Id of a camera whose name is or ends with ``name``.
 
     Raises:

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from lift_lab.drawing.film import Film, model_bytes
-from lift_lab.drawing.scene import Picture, View
+from lift_lab.drawing.scene import DrawError, Picture, View, find_camera
 from lift_lab.drawing.shapes import Placed
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim.rendering import RenderView
@@ -49,7 +49,7 @@ class Filming:
         """Choose environments and camera.
 
         Raises:
-            ConfigError: the viewer names an environment, origin, asset or body that does not exist.
+            ConfigError: the viewer names an environment, origin, asset, body or camera that does not exist.
         """
         self._env, self._viewer = env, env.cfg.viewer
         viewer = self._viewer
@@ -76,6 +76,10 @@ class Filming:
         leaf = viewer.cam_prim_path.rstrip("/").rsplit("/", 1)[-1]
         self.camera: str | None = None if leaf in ("", _FREE_CAMERA) else leaf
         """Name of the model's camera that sees, or None."""
+        try:
+            find_camera(env.sim.model, self.camera)
+        except DrawError as error:
+            raise ConfigError(f"viewer.cam_prim_path: {error}") from error
 
     def look(self) -> Look:
         """What there is to see now."""

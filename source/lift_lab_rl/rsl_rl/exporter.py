@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import torch
 from rsl_rl.models import MLPModel
+from tensordict import TensorDict
 from torch import nn
 
 from lift_lab.utils.errors import LiftLabError
@@ -54,7 +55,8 @@ def export_policy_as_jit(
         _write(target, lambda temporary: scripted.save(str(temporary)))
         loaded = torch.jit.load(str(target))
     loaded.reset()
-    check_export("TorchScript", policy, model, loaded)
+    check_export("TorchScript", policy, normalizer, loaded)
+    loaded.reset()
     return target
 
 
@@ -66,6 +68,8 @@ def export_policy_as_onnx(
     verbose: bool = False,
 ) -> Path:
     """Write a policy as ONNX with input ``obs`` and output ``actions`` (recurrent: with their states beside them).
+
+    It takes one observation at a time, of shape (1, num_obs).
 
     Args:
         policy: the actor.
@@ -100,17 +104,21 @@ def export_policy_as_onnx(
         _drop_origins(temporary)
 
     _write(target, write)
-    if not policy.is_recurrent:
-        from onnx.reference import ReferenceEvaluator
+    from onnx.reference import ReferenceEvaluator
 
-        session: Any = ReferenceEvaluator(str(target))
+    session: Any = ReferenceEvaluator(str(target))
+    memory = [value.numpy() for value in inputs[1:]]  # as after a reset; none of a policy without
 
-        def run(obs: torch.Tensor) -> torch.Tensor:
-            with np.errstate(over="ignore"):
-                rows = [session.run(None, {"obs": row[None].numpy()})[0] for row in obs]
-            return torch.cat([torch.as_tensor(row) for row in rows])
+    def run(obs: torch.Tensor) -> torch.Tensor:
+        rows = []
+        with np.errstate(over="ignore"):
+            for row in obs:
+                given = dict(zip(model.input_names, (row[None].numpy(), *memory), strict=True))
+                action, *memory[:] = session.run(None, given)
+                rows.append(torch.as_tensor(action))
+        return torch.cat(rows)
 
-        check_export("ONNX", policy, model, run)
+    check_export("ONNX", policy, normalizer, run)
     return target
 
 
@@ -126,21 +134,49 @@ def _drop_origins(path: Path) -> None:
 
 
 def check_export(
-    kind: str, policy: MLPModel, model: Callable[[torch.Tensor], torch.Tensor], exported: Callable, samples: int = 16
+    kind: str,
+    policy: MLPModel,
+    normalizer: nn.Module | None,
+    exported: Callable[[torch.Tensor], torch.Tensor],
+    samples: int = 16,
 ) -> None:
-    """Compare an exported policy with the network it came from on random observations.
+    """Compare an exported policy with the policy on random observations.
+
+    Args:
+        kind: of the file, for the message.
+        policy: the actor; what it remembers is left as it is.
+        normalizer: what normalises observations; None for the policy's own.
+        exported: actions of observations, of shape (n, num_obs). One that remembers gets them one after the other.
+        samples: how many observations.
 
     Raises:
         ExportError: they differ by more than :data:`TOLERANCE`.
     """
     generator = torch.Generator().manual_seed(0)
-    obs = torch.randn(1 if policy.is_recurrent else samples, policy.obs_dim, generator=generator) * 2.0
-    with torch.no_grad():
-        expected = model(obs)
-        found = exported(obs)
+    obs = torch.randn(samples, policy.obs_dim, generator=generator) * 2.0
+    steps = list(obs.split(1)) if policy.is_recurrent else [obs]
+    own, memory, training = policy.obs_normalizer, policy.get_hidden_state(), policy.training
+    device = next(policy.parameters()).device
+    policy.obs_normalizer = (own if normalizer is None else copy.deepcopy(normalizer)).to(device)
+    policy.eval()
+    policy.reset()
+    try:
+        with torch.no_grad():
+            expected = torch.cat([policy(_as_groups(policy, step.to(device))).cpu() for step in steps])
+            found = torch.cat([exported(step) for step in steps])
+    finally:
+        policy.obs_normalizer = own
+        policy.reset(hidden_state=memory)
+        policy.train(training)
     difference = (expected - found).abs().max().item()
     if not difference <= TOLERANCE * max(1.0, expected.abs().max().item()):
         raise ExportError(f"the exported {kind} policy differs from the policy by {difference:.3g}")
+
+
+def _as_groups(policy: MLPModel, obs: torch.Tensor) -> TensorDict:
+    """Observations of the policy's groups that are together ``obs``."""
+    first, *others = policy.obs_groups
+    return TensorDict({first: obs, **dict.fromkeys(others, obs[:, :0])}, batch_size=len(obs))
 
 
 def _with_normalizer(model: nn.Module, normalizer: nn.Module | None) -> nn.Module:

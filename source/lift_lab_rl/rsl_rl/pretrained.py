@@ -95,7 +95,7 @@ def _card(checkpoint: Path, content: dict[str, Any], task: str, results: dict[st
     }
     if results is None:
         return card
-    wrong = [key for key in ("task", "checkpoint") if key not in results]
+    wrong = [key for key in ("task", "checkpoint") if not isinstance(results, dict) or key not in results]
     if wrong:
         raise FileError(f"these are no results of evaluate.py: no '{wrong[0]}'")
     if results["task"].removesuffix("-Play") != task or Path(results["checkpoint"]).resolve() != checkpoint.resolve():

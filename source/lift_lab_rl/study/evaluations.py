@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from lift_lab.utils.errors import FileError
+from lift_lab_rl.files import read_json
 
 from .curves import TrainingRun
 
 RESULTS = "results.json"
 """File of a study's evaluations, beside its runs."""
-
-
-def read_json(path: str | Path) -> Any:
-    """Content of a JSON file.
-
-    Raises:
-        FileError: there is none, or it is not JSON.
-    """
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileError(f"cannot read '{path}': {error.strerror}") from error
-    except ValueError as error:
-        raise FileError(f"cannot read '{path}': it is not JSON: {error}") from error
 
 
 def load_results(path: str | Path) -> dict[str, Any]:

@@ -1,0 +1,55 @@
+"""Files are whole or not there, and what cannot be written or read is named with its path."""
+
+import resource
+
+import pytest
+import torch
+
+from lift_lab.utils.errors import FileError
+from lift_lab_rl.files import check_target, load_torch, read_json, write_atomically
+from lift_lab_rl.run_params import read_params
+
+
+@pytest.mark.parametrize("check", [check_target, lambda path: write_atomically(path, b"x")])
+def test_a_target_that_cannot_be_written_is_named(tmp_path, check):
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    for path in (tmp_path / "folder", tmp_path / "file" / "a.json"):
+        with pytest.raises(FileError, match=f"cannot write '{path}': "):
+            check(path)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
+    check(tmp_path / "new" / "a.json")
+
+
+def test_a_full_disk_is_one_line_with_the_path(tmp_path):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))  # Python ignores the signal of a file too large
+    try:
+        with pytest.raises(FileError, match=r"cannot write '.*a\.pt': File too large"):
+            write_atomically(tmp_path / "a.pt", bytes(5000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_no_checkpoint_is_told_in_plain_words(tmp_path):
+    torch.save({"iter": 1, "x": torch.zeros(100)}, tmp_path / "whole.pt")
+    torch.jit.script(torch.nn.Linear(1, 1)).save(str(tmp_path / "scripted.pt"))
+    (tmp_path / "cut.pt").write_bytes((tmp_path / "whole.pt").read_bytes()[:400])
+    (tmp_path / "README.md").write_text("# Words")
+    (tmp_path / "policy.onnx").write_bytes(b"\x08\x0a\x12\x07pytorch\xff")
+    for name in ("scripted.pt", "cut.pt", "README.md", "policy.onnx"):
+        with pytest.raises(FileError, match=rf"cannot read '.*{name}': it is no checkpoint \(model_N\.pt\)"):
+            load_torch(tmp_path / name)
+    assert load_torch(tmp_path / "whole.pt")["iter"] == 1
+    with pytest.raises(FileError, match=r"policy\.onnx': it is not JSON"):
+        read_json(tmp_path / "policy.onnx")
+
+
+@pytest.mark.parametrize("content", [b"a: [", b"\xff\xfe\x00", b"- 1", b"words"])
+def test_settings_that_cannot_be_read_are_named(tmp_path, content):
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / "agent.yaml").write_bytes(content)
+    with pytest.raises(FileError, match=r"cannot read '.*agent\.yaml': "):
+        read_params(tmp_path, "agent")
+    assert read_params(tmp_path, "run") == {}
