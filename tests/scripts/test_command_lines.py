@@ -162,7 +162,11 @@ def test_tasks_are_listed(script):
         ("rsl_rl/train.py", [*SMALL, "env.rewards.lift.weight=2"], "unknown override key 'env.rewards.lift.weight'"),
         ("rsl_rl/train.py", [*SMALL, "env.decimation=a"], "env.decimation: expected int, got str 'a'"),
         ("rsl_rl/train.py", [*SMALL, "--device", "cuda:77"], "'cuda:77' is not available"),
-        ("rsl_rl/train.py", [*SMALL, "--agent", "rsl_cfg"], "has no 'rsl_cfg'; choose one of"),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--agent", "rsl_cfg"],
+            "has no 'rsl_cfg' for rsl_rl; did you mean 'rsl_rl_cfg_entry",
+        ),
         ("rsl_rl/train.py", [*SMALL, "--checkpoint", "x.pt"], "add --resume"),
         (
             "rsl_rl/train.py",
@@ -204,6 +208,11 @@ def test_tasks_are_listed(script):
             "rsl_rl/evaluate.py",
             [*SMALL, "--perturb", "mass=2", "mass=3", "env.scene.num_envs=2"],
             "perturbation 'mass' is given twice",
+        ),
+        (
+            "tools/export_pretrained.py",
+            ["x.pt", "--task", "Cartpole", "--evaluation", __file__],
+            "test_command_lines.py': it is not JSON",
         ),
         ("tools/video_cost.py", ["--steps", "0"], "at least 1, got '0'"),
         ("list_envs.py", ["extra"], "unexpected argument 'extra'"),

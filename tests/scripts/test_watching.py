@@ -39,6 +39,14 @@ def test_the_viewer_shows_an_agent_that_needs_no_checkpoint(script):
     assert "2 steps of 2 environments" in out
 
 
+def test_as_many_environments_are_shown_as_an_override_of_the_scene_says(script):
+    pytest.importorskip("viser")
+    flags = ["--task", "Cartpole", "--device", "cpu", "--num_threads", 1, "--port", 0, "--agent", "zero", "--steps", 1]
+    status, out, _ = script("rsl_rl/play.py", *flags, "--viewer", "env.scene={num_envs:60}")
+    assert status == 0
+    assert "1 steps of 60 environments" in out
+
+
 def test_a_replay_is_written_without_a_checkpoint(script, tmp_path):
     pytest.importorskip("viser")
     status, out, _ = script("rsl_rl/play.py", *PLAY, "--replay", "a.html", "--agent", "zero", "--steps", 2)
