@@ -165,7 +165,7 @@ def test_tasks_are_listed(script):
         (
             "rsl_rl/train.py",
             [*SMALL, "--agent", "rsl_cfg"],
-            "has no 'rsl_cfg' for rsl_rl; did you mean 'rsl_rl_cfg_entry",
+            "has no 'rsl_cfg' for rsl_rl; choose one of: 'rsl_rl_cfg_entry_point'",
         ),
         ("rsl_rl/train.py", [*SMALL, "--checkpoint", "x.pt"], "add --resume"),
         (
