@@ -39,7 +39,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         num_mini_batches=4,
         learning_rate=1.0e-3,
         schedule="adaptive",
-        gamma=0.99,
+        gamma=0.97,
         lam=0.95,
         desired_kl=0.02,
         max_grad_norm=1.0,
