@@ -66,8 +66,6 @@ def main() -> int:
     if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         args.num_envs = min(args.episodes, MOST_ENVS)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    if args.experiment_name is not None:
-        agent_cfg.experiment_name = args.experiment_name
     perturb_all(env_cfg, args.perturb)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)

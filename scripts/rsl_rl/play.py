@@ -69,8 +69,6 @@ def main() -> int:
     check_agent(args, *SCRIPTED)
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    if args.experiment_name is not None:
-        agent_cfg.experiment_name = args.experiment_name
     apply_video_args(args, env_cfg)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import re
 import signal
 from collections.abc import Sequence
 from pathlib import Path
@@ -86,14 +85,13 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     from lift_lab_rl.viewer import ViewerSession, record_replay
     from lift_lab_tasks.utils import runs, task_kwargs
     from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.utils.parse_cfg import names_path
 
     check_agent(args, *SCRIPTED)
     env_cfg, agent_cfg = compose(args.task, None if args.agent in SCRIPTED else args.agent, overrides)
     configured = env_cfg.scene.num_envs
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    if agent_cfg is not None and args.experiment_name is not None:
-        agent_cfg.experiment_name = args.experiment_name
-    if args.num_envs is None and not any(re.match(r"\+*env\.scene\b.*\bnum_envs\b", text) for text in overrides):
+    if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
         env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
     checkpoint = (

@@ -297,12 +297,14 @@ def test_no_process_continues_where_another_cannot(tmp_path, monkeypatch):
 
 
 def test_a_disk_that_is_too_full_for_the_state_still_gets_the_model(tmp_path, monkeypatch):
-    def save(path, content):
-        if Path(path).name.startswith("resume_state"):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        save_torch(path, content)
+    replace = os.replace
 
-    monkeypatch.setattr("lift_lab_rl.rsl_rl.runner.save_torch", save)
+    def full(source, target):
+        if Path(target).name.startswith("resume_state"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(FileError, match=r"cannot write '.*resume_state_2\.pt': No space left on device"):
         train(tmp_path)
     assert checkpoint_iteration(tmp_path / "model_2.pt") == 2

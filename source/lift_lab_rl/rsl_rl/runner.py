@@ -283,9 +283,8 @@ class LiftLabRunner(OnPolicyRunner):
         state_path, failure = self.log_dir / state_name(self.place, done), None
         try:
             save_torch(state_path, self.resume_state())
-        except OSError as error:
-            reason = error.strerror or error
-            failure = error if isinstance(error, FileError) else FileError(f"cannot write '{state_path}': {reason}")
+        except FileError as error:
+            failure = error
         distributed.check_equal(self._shared_tensors(), "the policy")
         if self.place.is_main:
             path = self.log_dir / f"model_{done}.pt"

@@ -263,7 +263,8 @@ def apply_flags(
     Args:
         env_cfg: environment configuration.
         agent_cfg: agent configuration; may be None.
-        args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``; those that are missing or None change nothing.
+        args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``, ``experiment_name``; those that are missing or
+            None change nothing.
         task: id of the task.
         overrides: overrides that were applied; what they name is not replaced by a default.
         training: whether a policy is trained, not shown or judged.
@@ -298,6 +299,8 @@ def apply_flags(
         agent_cfg.seed = env_cfg.seed
     else:
         env_cfg.seed = agent_cfg.seed
+    if getattr(args, "experiment_name", None) is not None:
+        agent_cfg.experiment_name = args.experiment_name
     if getattr(args, "num_threads", None) is not None:
         agent_cfg.num_threads = args.num_threads
     if agent_cfg.device == "auto" or getattr(args, "device", None):

@@ -230,6 +230,9 @@ def test_whether_an_override_names_a_path():
     assert not names_path(["env.scene.num_envs_x=4"], "env.scene.num_envs")
     assert names_path(["+env.scene.num_envs=4"], "env.scene", below=True)
     assert not names_path(["env.scene.num_envs=4"], "env.scene")
+    assert names_path(["env.scene={num_envs:4}"], "env.scene.num_envs")
+    assert names_path(["env={scene:{num_envs:4}}"], "env.scene.num_envs")
+    assert not names_path(["env.scene={env_spacing:4}"], "env.scene.num_envs")
     assert not names_path(["env.scene_x.num_envs=4"], "env.scene", below=True)
 
 
