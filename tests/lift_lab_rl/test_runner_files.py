@@ -514,18 +514,22 @@ def test_the_memory_of_an_exported_policy_is_compared_too(tmp_path, kind):
 # -- annealing
 
 
-def test_entropy_bonus_and_divergence_are_annealed_over_the_span():
+def test_entropy_bonus_divergence_and_horizon_are_annealed_over_the_span():
     cfg = AgentCfg()
+    cfg.algorithm.gamma, cfg.algorithm.gamma_final = 0.9, 0.98
     cfg.algorithm.entropy_coef_final = 0.0
     cfg.algorithm.desired_kl_final = 0.004
     cfg.algorithm.anneal_iterations = (1, 3)
     used = []
     torch.manual_seed(5)
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
-    runner.learn(5, on_iteration=lambda _: used.append((runner.alg.entropy_coef, runner.alg.desired_kl)))
+    names = ("entropy_coef", "desired_kl", "gamma")
+    runner.learn(5, on_iteration=lambda _: used.append([getattr(runner.alg, name) for name in names]))
     # before iterations 0 to 4: the span begins at 1, is half over at 2, and is over at 3
-    assert [entropy for entropy, _ in used] == pytest.approx([0.006, 0.006, 0.003, 0.0, 0.0])
-    assert [kl for _, kl in used] == pytest.approx([0.01, 0.01, 0.007, 0.004, 0.004])
+    entropies, divergences, discounts = zip(*used, strict=True)
+    assert entropies == pytest.approx([0.006, 0.006, 0.003, 0.0, 0.0])
+    assert divergences == pytest.approx([0.01, 0.01, 0.007, 0.004, 0.004])
+    assert discounts == pytest.approx([0.9, 0.9, 0.94, 0.98, 0.98])
 
 
 def test_the_limit_of_advantages_begins_when_it_should():
@@ -558,7 +562,7 @@ def test_a_limit_of_advantages_that_could_not_work_is_refused(settings, message)
 def test_without_final_values_nothing_is_annealed():
     plain = to_rsl_rl(AgentCfg())
     assert plain["annealing"]["values"] == {}
-    assert not {"entropy_coef_final", "desired_kl_final", "anneal_iterations"} & set(plain["algorithm"])
+    assert not {"entropy_coef_final", "desired_kl_final", "gamma_final", "anneal_iterations"} & set(plain["algorithm"])
 
 
 def test_a_span_of_no_length_is_a_jump():

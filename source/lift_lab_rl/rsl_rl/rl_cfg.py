@@ -107,8 +107,11 @@ class RslRlPpoAlgorithmCfg:
     desired_kl_final: float | None = None
     """Divergence that training ends with (ours); None keeps :attr:`desired_kl`."""
 
+    gamma_final: float | None = None
+    """Discount factor that training ends with (ours); None keeps :attr:`gamma`."""
+
     anneal_iterations: tuple[int, int] = (0, 0)
-    """Iterations between which both go to their final values, linearly (ours)."""
+    """Iterations between which these go to their final values, linearly (ours)."""
 
     mean_reg_coef: float = 0.0
     """Weight in the loss of the squared length of the mean action (ours; SAC of rlkit: ``policy_mean_reg_weight``).

@@ -131,7 +131,7 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
     if not 0 <= start <= end:
         raise ConfigError(f"agent.algorithm.anneal_iterations: ({start}, {end}) is no span of iterations")
     values = {}
-    for name in ("entropy_coef", "desired_kl"):
+    for name in ("entropy_coef", "desired_kl", "gamma"):
         final = algorithm.pop(f"{name}_final")
         if final is not None:
             values[name] = (algorithm[name], final)

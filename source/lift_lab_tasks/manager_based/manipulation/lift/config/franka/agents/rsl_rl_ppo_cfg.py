@@ -40,6 +40,7 @@ class LiftCubePPORunnerCfg(RslRlOnPolicyRunnerCfg):
         learning_rate=1.0e-3,
         schedule="adaptive",
         gamma=0.97,
+        gamma_final=0.985,
         lam=0.95,
         desired_kl=0.02,
         max_grad_norm=1.0,

@@ -19,7 +19,7 @@ class LiftCubeIKRelPPORunnerCfg(LiftCubePPORunnerCfg):
     def __post_init__(self):
         super().__post_init__()
         self.policy.init_noise_std = [0.3, 0.3, 0.3, 0.2, 0.2, 0.2, 1.0]
-        self.algorithm.gamma = 0.99
+        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, None
 
 
 @configclass
@@ -33,4 +33,4 @@ class LiftCubeIKAbsPPORunnerCfg(LiftCubePPORunnerCfg):
         self.policy.init_noise_std = [0.15, 0.15, 0.15, 0.1, 0.1, 0.1, 0.1, 1.0]
         self.policy.init_action_mean = [0.46, 0.0, 0.39, 0.0, 0.92, 0.0, 0.39, 0.0]
         self.algorithm.mean_reg_coef = 0.0
-        self.algorithm.gamma = 0.99
+        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, None
