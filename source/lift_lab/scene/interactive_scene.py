@@ -77,8 +77,9 @@ class InteractiveScene:
 
     def _build(self) -> None:
         entities = [(n, v) for n, v in vars(self.cfg).items() if n not in InteractiveSceneCfg.__dataclass_fields__]
+        other_names = self._other_names(dict(entities))
         for name, cfg in entities:
-            if cfg is None or isinstance(cfg, SensorBaseCfg):
+            if cfg is None or isinstance(cfg, SensorBaseCfg) or name in other_names:
                 continue
             if isinstance(cfg, TerrainImporterCfg):
                 cfg.spawn_into(self.spec, name)
@@ -104,6 +105,33 @@ class InteractiveScene:
                 self._sensors[name] = sensor
         terrain = {} if self._terrain is None else {"terrain": self._terrain}
         self._entities = {**terrain, **self._movables, **self._sensors, **self._statics}
+        self._entities.update({other: self._entities[name] for other, name in other_names.items()})
+
+    @staticmethod
+    def _other_names(entities: dict[str, Any]) -> dict[str, str]:
+        """Fields that name what a later field spawns: field -> that field.
+
+        As in Isaac Lab, two fields of one prim path are one thing, such as a config that was kept for the next line
+        of a class body and so became a field itself.
+
+        Raises:
+            ConfigError: the fields of one prim path say different things.
+        """
+        names: dict[str, str] = {}
+        owners: dict[str, str] = {}
+        for name, cfg in reversed(entities.items()):
+            if not isinstance(cfg, AssetBaseCfg) or cfg.class_type is AssetBase:
+                continue
+            owner = owners.setdefault(cfg.prim_path, name)
+            if owner == name:
+                continue
+            if cfg != entities[owner]:
+                raise ConfigError(
+                    f"scene.{name} and scene.{owner} are two different assets at '{cfg.prim_path}': give each a"
+                    " prim_path of its own, or set one of the fields to None"
+                )
+            names[name] = owner
+        return names
 
     @property
     def _prim_paths(self) -> dict[str, str]:
@@ -159,6 +187,16 @@ class InteractiveScene:
     def deformable_objects(self) -> dict[str, DeformableObject]:
         """Deformable objects by name."""
         return self._deformable_objects
+
+    @property
+    def rigid_object_collections(self) -> dict[str, Any]:
+        """Isaac Lab's collections of rigid objects: none, ever."""
+        return {}
+
+    @property
+    def surface_grippers(self) -> dict[str, Any]:
+        """Isaac Lab's suction grippers: none, ever."""
+        return {}
 
     @property
     def sensors(self) -> dict[str, SensorBase]:

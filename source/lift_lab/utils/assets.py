@@ -61,7 +61,7 @@ def resolve_usd_path(path: str | Path) -> Path:
         shipped = _shipped(NUCLEUS_ASSETS.get(name, name))
         if shipped is not None:
             return shipped
-        known = [*NUCLEUS_ASSETS, *_file_names(ASSETS_USD_DIR)]
+        known = [*NUCLEUS_ASSETS, *(file for file in _file_names(ASSETS_USD_DIR) if ".usd" in file)]
         raise FileError(f"no local asset stands for '{path}'; {suggest(name, known)}")
     local = Path(path).expanduser()
     if local.is_file():
