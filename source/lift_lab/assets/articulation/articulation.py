@@ -9,6 +9,7 @@ import mujoco
 import torch
 
 from lift_lab.actuators import ActuatorBase
+from lift_lab.sim.ignored import note_ignored
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
@@ -358,20 +359,27 @@ class Articulation(MovableAsset):
         """Set position gains, shape (n, num joints chosen)."""
         self._has_feedforward = True  # one may be zero now
         self._set("joint_stiffness", stiffness, joint_ids, env_ids)
-        self._write_gains(joint_ids)
+        self._write_gains(joint_ids, "stiffness")
 
     def write_joint_damping_to_sim(
         self, damping: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set velocity gains, shape (n, num joints chosen)."""
         self._set("joint_damping", damping, joint_ids, env_ids)
-        self._write_gains(joint_ids)
+        self._write_gains(joint_ids, "damping")
 
-    def _write_gains(self, joint_ids: JointIds) -> None:
+    def _write_gains(self, joint_ids: JointIds, name: str) -> None:
+        """Give the gains called ``name`` to the engine and to the models of the joints chosen, and to no other.
+
+        Terms of one's own set the gains of explicit models directly: what they set there stays.
+        """
         data = self.data
+        chosen = torch.zeros(self.num_joints, dtype=torch.bool, device=self._physics.device)
+        chosen[as_list(joint_ids, self.num_joints)] = True
         for actuator in self.actuators.values():
-            actuator.stiffness = data.joint_stiffness[:, actuator.joint_indices].clone()
-            actuator.damping = data.joint_damping[:, actuator.joint_indices].clone()
+            ids = actuator.joint_indices
+            gains = getattr(data, f"joint_{name}")[:, ids]
+            setattr(actuator, name, torch.where(chosen[ids], gains, getattr(actuator, name)))
         model = self._physics.model
         gain, bias = (
             self._physics.randomizable("actuator_gainprm"),
@@ -396,17 +404,46 @@ class Articulation(MovableAsset):
         self._physics.recompute_constants()
 
     def write_joint_friction_coefficient_to_sim(
-        self, joint_friction_coeff: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+        self,
+        joint_friction_coeff: torch.Tensor | float,
+        joint_dynamic_friction_coeff: torch.Tensor | float | None = None,
+        joint_viscous_friction_coeff: torch.Tensor | float | None = None,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
     ) -> None:
-        """Set dry friction efforts (N m or N), shape (n, num joints chosen)."""
+        """Set the friction of joints.
+
+        Args:
+            joint_friction_coeff: dry friction efforts in N m or N, shape (n, num joints chosen).
+            joint_dynamic_friction_coeff: Isaac Lab's second dry friction. Ignored: there is one.
+            joint_viscous_friction_coeff: efforts per joint velocity, same shape; None leaves them.
+            joint_ids: joints, or None for all.
+            env_ids: environments, or None for all.
+        """
         self._set("joint_friction_coeff", joint_friction_coeff, joint_ids, env_ids)
         self._write_dofs("dof_frictionloss", self.data.joint_friction_coeff)
+        if joint_dynamic_friction_coeff is not None:
+            self.write_joint_dynamic_friction_coefficient_to_sim(joint_dynamic_friction_coeff, joint_ids, env_ids)
+        if joint_viscous_friction_coeff is not None:
+            self.write_joint_viscous_friction_coefficient_to_sim(joint_viscous_friction_coeff, joint_ids, env_ids)
+
+    def write_joint_dynamic_friction_coefficient_to_sim(
+        self,
+        joint_dynamic_friction_coeff: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Take note that Isaac Lab's second dry friction is ignored: there is one."""
+        note_ignored("write_joint_dynamic_friction_coefficient_to_sim", "one dry friction for each joint")
 
     def write_joint_viscous_friction_coefficient_to_sim(
-        self, coeff: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+        self,
+        joint_viscous_friction_coeff: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
     ) -> None:
         """Set efforts per joint velocity, shape (n, num joints chosen)."""
-        self._set("joint_viscous_friction_coeff", coeff, joint_ids, env_ids)
+        self._set("joint_viscous_friction_coeff", joint_viscous_friction_coeff, joint_ids, env_ids)
         self._write_dofs("dof_damping", self.data.joint_viscous_friction_coeff)
 
     def _write_dofs(self, name: str, values: torch.Tensor) -> None:
@@ -475,7 +512,12 @@ class Articulation(MovableAsset):
 
     # Isaac Lab's older names
     write_joint_limits_to_sim = write_joint_position_limit_to_sim
-    write_joint_friction_to_sim = write_joint_friction_coefficient_to_sim
+
+    def write_joint_friction_to_sim(
+        self, joint_friction: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set dry friction efforts: :meth:`write_joint_friction_coefficient_to_sim`."""
+        self.write_joint_friction_coefficient_to_sim(joint_friction, joint_ids=joint_ids, env_ids=env_ids)
 
     # -- kinematics
 

@@ -90,6 +90,7 @@ for _new, _name in (
     ("default_joint_limits", "default_joint_pos_limits"),
     ("joint_velocity_limits", "joint_vel_limits"),
     ("joint_friction", "joint_friction_coeff"),
+    ("default_joint_friction", "default_joint_friction_coeff"),
 ):
     setattr(
         ArticulationData,
