@@ -6,7 +6,8 @@ lets the scene find its indices. Everything above reads and writes the engine th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
@@ -63,13 +64,15 @@ _SOLVERS = {
 }
 
 
-def resolve_device(device: str) -> str:
+def resolve_device(device: str | None) -> str:
     """``"auto"`` as a GPU where torch sees one, else the CPU; ``"cuda"`` as ``"cuda:0"``.
+
+    None is ``"auto"``: scripts copy ``args_cli.device`` into the config, and that flag may be left out.
 
     Raises:
         ConfigError: a CUDA device that torch does not have.
     """
-    if device == "auto":
+    if device is None or device == "auto":
         return "cuda:0" if torch.cuda.is_available() else "cpu"
     resolved = torch.device(device)
     if resolved.type == "cuda":
@@ -103,6 +106,7 @@ class SimulationContext:
         self._scene: SceneLike | None = None
         self._physics: Physics | None = None
         self._renderer: FrameRenderer | None = None
+        self._view = RenderView()
         self._note_ignored()
         SimulationContext._current = self
 
@@ -159,6 +163,43 @@ class SimulationContext:
     def has_gui(self) -> bool:
         """Always False: there is no window."""
         return False
+
+    def has_rtx_sensors(self) -> bool:
+        """Always False: there are no rendered sensors. Steps written out after Isaac Lab's ask for it."""
+        return False
+
+    def is_playing(self) -> bool:
+        """Isaac Lab's name of :attr:`is_started`: nothing pauses it."""
+        return self.is_started
+
+    def is_stopped(self) -> bool:
+        """Whether :meth:`reset` was not called yet, or :meth:`close` was."""
+        return not self.is_started
+
+    def set_camera_view(
+        self, eye: Sequence[float], target: Sequence[float], camera_prim_path: str = "/OmniverseKit_Persp"
+    ) -> None:
+        """Choose from where :meth:`render` looks when it is given no view.
+
+        Args:
+            eye: position of the camera in m, in the frame of the first environment.
+            target: point looked at in m.
+            camera_prim_path: Isaac Lab's prim of the camera. Not used.
+
+        Raises:
+            ConfigError: the camera would be at the point that it looks at.
+        """
+        x, y, z = (float(value) for value in target)
+        ahead = (x - float(eye[0]), y - float(eye[1]), z - float(eye[2]))
+        distance = math.hypot(*ahead)
+        if not distance > 0:
+            raise ConfigError(f"set_camera_view: eye and target are the same point {(x, y, z)}")
+        self._view = RenderView(
+            lookat=(x, y, z),
+            distance=distance,
+            azimuth_deg=math.degrees(math.atan2(ahead[1], ahead[0])),
+            elevation_deg=math.degrees(math.asin(ahead[2] / distance)),
+        )
 
     def set_scene(self, scene: SceneLike) -> None:
         """Register the scene that :meth:`reset` compiles."""
@@ -230,7 +271,7 @@ class SimulationContext:
         """Draw one frame off screen.
 
         Args:
-            view: camera, size and environments; None looks at the first environment.
+            view: camera, size and environments; None looks at the first environment as :meth:`set_camera_view` says.
 
         Returns:
             RGB image, shape (height, width, 3), uint8.
@@ -238,7 +279,7 @@ class SimulationContext:
         Raises:
             PhysicsError: there is no OpenGL library to draw with.
         """
-        view = view or RenderView()
+        view = view or self._view
         if self._renderer is None or not self._renderer.fits(view):
             if self._renderer is not None:
                 self._renderer.close()

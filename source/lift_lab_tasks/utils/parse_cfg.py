@@ -98,13 +98,13 @@ def _load_yaml(entry: str) -> dict:
 
 
 def parse_env_cfg(
-    task_name: str, device: str = "auto", num_envs: int | None = None, use_fabric: bool | None = None
+    task_name: str, device: str | None = "auto", num_envs: int | None = None, use_fabric: bool | None = None
 ) -> Any:
     """Environment configuration of a task for a device (Isaac Lab's function of this name).
 
     Args:
         task_name: id of the task.
-        device: torch device; ``auto`` takes a GPU where there is one.
+        device: torch device; ``auto``, or None, takes a GPU where there is one.
         num_envs: number of environments; None for what suits the device (:func:`num_envs_for_device`).
         use_fabric: Isaac Lab's; reported as ignored by the simulation if it is False.
 
@@ -114,7 +114,7 @@ def parse_env_cfg(
     cfg = load_cfg_from_registry(task_name, ENV_CFG)
     if isinstance(cfg, dict):
         raise ConfigError(f"task '{task_name}' is configured by a dictionary; a configuration class is needed")
-    cfg.sim.device = device
+    cfg.sim.device = device if device is not None else "auto"
     if use_fabric is not None:
         cfg.sim.use_fabric = use_fabric
     cfg.scene.num_envs = num_envs if num_envs is not None else num_envs_for_device(task_name, cfg)

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+import torch
 
 import lift_lab.sim as sim_utils
 from lift_lab.assets import AssetBaseCfg, RigidObjectCfg
@@ -178,3 +179,30 @@ def test_materials_that_have_no_effect_are_reported():
             assert f"spawn of /World/{kind}: physics_material.{name}" in noted
     sim.close()
     report_ignored()
+
+
+def test_a_device_flag_that_was_left_out_chooses_as_auto_does():
+    assert sim_utils.SimulationContext(sim_utils.SimulationCfg(device=None)).device == (
+        "cuda:0" if torch.cuda.is_available() else "cpu"
+    )
+
+
+def test_the_camera_of_a_script_stands_where_it_was_put():
+    sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu"))
+    eye, target = np.array([2.0, -1.5, 1.2]), np.array([0.5, 0.25, 0.2])
+    sim.set_camera_view(eye.tolist(), target.tolist())
+    azimuth, elevation = np.radians(sim._view.azimuth_deg), np.radians(sim._view.elevation_deg)
+    ahead = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    np.testing.assert_allclose(np.array(sim._view.lookat) - sim._view.distance * np.array(ahead), eye, atol=1e-9)
+    with pytest.raises(ConfigError, match="same point"):
+        sim.set_camera_view(target, target)
+
+
+def test_questions_that_scripts_ask_of_isaac_sim_are_answered():
+    sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu"))
+    assert (sim.is_playing(), sim.is_stopped()) == (False, True)
+    InteractiveScene(_OneThingCfg(num_envs=1, env_spacing=1.0, thing=_shape(sim_utils.SphereCfg(radius=0.1, **_BODY))))
+    sim.reset()
+    assert (sim.is_playing(), sim.is_stopped()) == (True, False)
+    assert not sim.has_gui()
+    assert not sim.has_rtx_sensors()
