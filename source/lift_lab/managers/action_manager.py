@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -28,8 +28,21 @@ class ActionTerm(DebugVisTerm, ABC):
     cfg: ActionTermCfg
     """The term's config."""
 
+    constant_over_substeps: ClassVar[bool] = False
+    """Whether :meth:`apply_actions` writes the same at every physics step of an environment step, so that it is called
+    once for all of them. Said of the class's own :meth:`apply_actions`: a class that overrides it says so anew."""
+
     _asset: Any
     """The scene entity that the actions drive."""
+
+    def __init_subclass__(cls, **kwargs: Any):
+        super().__init_subclass__(**kwargs)
+        applies, says = (
+            next(i for i, base in enumerate(cls.__mro__) if name in vars(base))
+            for name in ("apply_actions", "constant_over_substeps")
+        )
+        if applies < says:
+            cls.constant_over_substeps = False
 
     def __init__(self, cfg: ActionTermCfg, env: ManagerBasedEnv):
         """Look up the asset in the scene."""

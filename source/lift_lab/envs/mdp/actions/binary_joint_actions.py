@@ -13,7 +13,7 @@ from lift_lab.utils.rows import fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .._tensors import compact_index
-from .joint_actions import clip_limits
+from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -48,7 +48,7 @@ class BinaryJointAction(ActionTerm):
         self._processed_actions = torch.zeros(self.num_envs, len(ids), device=self.device)
         self._open_command = self._command("open_command_expr", cfg.open_command_expr)
         self._close_command = self._command("close_command_expr", cfg.close_command_expr)
-        self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+        self._clip = clip_limits(cfg.clip, self._joint_names, self.num_envs, self.device)
         self._was_closed = torch.zeros(self.num_envs, 1, dtype=torch.bool, device=self.device)
         self._steps_closing = torch.full((self.num_envs, 1), _LONG_AGO, device=self.device)
         self._min_close_steps = torch.zeros((), device=self.device)
@@ -93,8 +93,7 @@ class BinaryJointAction(ActionTerm):
         self._steps_closing.masked_fill_(is_closed > self._was_closed, 1)  # of booleans, > is "and not"
         self._was_closed = is_closed
         self._processed_actions = torch.where(is_closed, self._close_command, self._open_command)
-        if self._clip is not None:
-            self._processed_actions = self._processed_actions.clamp(*self._clip)
+        self._processed_actions = clipped(self._processed_actions, self._clip)
 
     def _is_closed(self, actions: torch.Tensor) -> torch.Tensor:
         return ~actions if actions.dtype == torch.bool else actions < 0
@@ -111,6 +110,8 @@ class BinaryJointPositionAction(BinaryJointAction):
 
     cfg: actions_cfg.BinaryJointPositionActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
 
+    constant_over_substeps = True
+
     def apply_actions(self) -> None:
         """Set the position targets."""
         self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_ids)
@@ -120,6 +121,8 @@ class BinaryJointVelocityAction(BinaryJointAction):
     """The chosen targets are joint velocities."""
 
     cfg: actions_cfg.BinaryJointVelocityActionCfg
+
+    constant_over_substeps = True
 
     def apply_actions(self) -> None:
         """Set the velocity targets."""

@@ -33,15 +33,20 @@ def values_of_names(
 
 
 def clip_limits(
-    clip: dict[str, tuple[float, float]] | None, names: Sequence[str], device: str
-) -> tuple[torch.Tensor, torch.Tensor] | None:
-    """Bounds for the named columns, two tensors of shape (1, len(names)); None where nothing is clipped."""
+    clip: dict[str, tuple[float, float]] | None, names: Sequence[str], num_envs: int, device: str
+) -> torch.Tensor | None:
+    """Bounds for the named columns, shape (num_envs, len(names), 2); None where nothing is clipped."""
     if clip is None:
         return None
     ids, _, found = resolve_matching_names_values(clip, names)
-    bounds = torch.tensor([[-torch.inf, torch.inf]], device=device).repeat(len(names), 1)
-    bounds[ids] = torch.tensor(found, dtype=bounds.dtype, device=device)
-    return bounds[None, :, 0], bounds[None, :, 1]
+    bounds = torch.tensor([[-torch.inf, torch.inf]], device=device).repeat(num_envs, len(names), 1)
+    bounds[:, ids] = torch.tensor(found, dtype=bounds.dtype, device=device)
+    return bounds
+
+
+def clipped(values: torch.Tensor, limits: torch.Tensor | None) -> torch.Tensor:
+    """``values`` within the bounds that :func:`clip_limits` gives."""
+    return values if limits is None else values.clamp(limits[..., 0], limits[..., 1])
 
 
 class JointAction(ActionTerm):
@@ -56,6 +61,10 @@ class JointAction(ActionTerm):
     """Factor of the raw action: a number, or shape (num_envs, action_dim)."""
     _offset: torch.Tensor | float
     """What is added to it: a number, or shape (num_envs, action_dim)."""
+    _clip: torch.Tensor | None
+    """Bounds of the processed action, shape (num_envs, action_dim, 2); None where the config clips nothing."""
+    _joint_ids: list[int] | slice
+    """Indices of the joints in the articulation; a slice stands for all of them, never for some (as in Isaac Lab)."""
 
     constant_over_substeps = True
 
@@ -63,12 +72,13 @@ class JointAction(ActionTerm):
         super().__init__(cfg, env)
         ids, self._joint_names = self._asset.find_joints(cfg.joint_names, preserve_order=cfg.preserve_order)
         self._num_joints = len(ids)
-        self._joint_ids = compact_index(ids, self._asset.num_joints, self.device)
+        self._joint_columns = compact_index(ids, self._asset.num_joints, self.device)
+        self._joint_ids = slice(None) if ids == list(range(self._asset.num_joints)) else ids
         self._raw_actions = torch.zeros(self.num_envs, self.action_dim, device=self.device)
         self._processed_actions = torch.zeros_like(self._raw_actions)
         self._scale = values_of_names(cfg.scale, self._joint_names, 1.0, self.num_envs, self.device)
         self._offset = values_of_names(cfg.offset, self._joint_names, 0.0, self.num_envs, self.device)
-        self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+        self._clip = clip_limits(cfg.clip, self._joint_names, self.num_envs, self.device)
 
     @property
     def action_dim(self) -> int:
@@ -88,9 +98,7 @@ class JointAction(ActionTerm):
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action."""
         self._raw_actions.copy_(actions)
-        self._processed_actions = self._raw_actions * self._scale + self._offset
-        if self._clip is not None:
-            self._processed_actions = self._processed_actions.clamp(*self._clip)
+        self._processed_actions = clipped(self._raw_actions * self._scale + self._offset, self._clip)
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
         """Forget the raw action of some environments."""
@@ -102,14 +110,16 @@ class JointPositionAction(JointAction):
 
     cfg: actions_cfg.JointPositionActionCfg
 
+    constant_over_substeps = True
+
     def __init__(self, cfg: actions_cfg.JointPositionActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
         if cfg.use_default_offset:
-            self._offset = columns(self._asset.data.default_joint_pos, self._joint_ids).clone()
+            self._offset = columns(self._asset.data.default_joint_pos, self._joint_columns).clone()
 
     def apply_actions(self) -> None:
         """Set the position targets."""
-        self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_ids)
+        self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_columns)
 
 
 class RelativeJointPositionAction(JointAction):
@@ -126,8 +136,8 @@ class RelativeJointPositionAction(JointAction):
 
     def apply_actions(self) -> None:
         """Set the position targets."""
-        target = self._processed_actions + columns(self._asset.data.joint_pos, self._joint_ids)
-        self._asset.set_joint_position_target(target, joint_ids=self._joint_ids)
+        target = self._processed_actions + columns(self._asset.data.joint_pos, self._joint_columns)
+        self._asset.set_joint_position_target(target, joint_ids=self._joint_columns)
 
 
 class JointVelocityAction(JointAction):
@@ -135,14 +145,16 @@ class JointVelocityAction(JointAction):
 
     cfg: actions_cfg.JointVelocityActionCfg
 
+    constant_over_substeps = True
+
     def __init__(self, cfg: actions_cfg.JointVelocityActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
         if cfg.use_default_offset:
-            self._offset = columns(self._asset.data.default_joint_vel, self._joint_ids).clone()
+            self._offset = columns(self._asset.data.default_joint_vel, self._joint_columns).clone()
 
     def apply_actions(self) -> None:
         """Set the velocity targets."""
-        self._asset.set_joint_velocity_target(self._processed_actions, joint_ids=self._joint_ids)
+        self._asset.set_joint_velocity_target(self._processed_actions, joint_ids=self._joint_columns)
 
 
 class JointEffortAction(JointAction):
@@ -150,6 +162,8 @@ class JointEffortAction(JointAction):
 
     cfg: actions_cfg.JointEffortActionCfg
 
+    constant_over_substeps = True
+
     def apply_actions(self) -> None:
         """Set the effort targets."""
-        self._asset.set_joint_effort_target(self._processed_actions, joint_ids=self._joint_ids)
+        self._asset.set_joint_effort_target(self._processed_actions, joint_ids=self._joint_columns)

@@ -11,7 +11,7 @@ from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
 
 from .._tensors import columns, compact_index
-from .joint_actions import clip_limits, values_of_names
+from .joint_actions import clip_limits, clipped, values_of_names
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -36,7 +36,7 @@ class JointPositionToLimitsAction(ActionTerm):
         self._raw_actions = torch.zeros(self.num_envs, self.action_dim, device=self.device)
         self._processed_actions = torch.zeros_like(self._raw_actions)
         self._scale = values_of_names(cfg.scale, self._joint_names, 1.0, self.num_envs, self.device)
-        self._clip = clip_limits(cfg.clip, self._joint_names, self.device)
+        self._clip = clip_limits(cfg.clip, self._joint_names, self.num_envs, self.device)
 
     @property
     def action_dim(self) -> int:
@@ -57,8 +57,7 @@ class JointPositionToLimitsAction(ActionTerm):
         """Compute the position targets."""
         self._raw_actions[:] = actions
         self._processed_actions = self._raw_actions * self._scale
-        if self._clip is not None:
-            self._processed_actions = self._processed_actions.clamp(*self._clip)
+        self._processed_actions = clipped(self._processed_actions, self._clip)
         if self.cfg.rescale_to_limits:
             lower, upper = self._limits()
             unit = self._processed_actions.clamp(-1.0, 1.0)

@@ -12,7 +12,7 @@ from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
 from .._tensors import compact_index
-from .joint_actions import clip_limits
+from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -46,7 +46,7 @@ class NonHolonomicAction(ActionTerm):
         self._processed_actions = torch.zeros_like(self._raw_actions)
         self._scale = torch.tensor([cfg.scale], dtype=torch.float32, device=self.device)
         self._offset = torch.tensor([cfg.offset], dtype=torch.float32, device=self.device)
-        self._clip = clip_limits(cfg.clip, ["forward", "yaw"], self.device)
+        self._clip = clip_limits(cfg.clip, ["forward", "yaw"], self.num_envs, self.device)
 
     def _only(self, kind: str, name: str) -> int:
         find = self._asset.find_joints if kind == "joint" else self._asset.find_bodies
@@ -74,8 +74,7 @@ class NonHolonomicAction(ActionTerm):
         """Scale, offset and clip the action; ``clip`` names its columns ``forward`` and ``yaw``."""
         self._raw_actions[:] = actions
         self._processed_actions = self._raw_actions * self._scale + self._offset
-        if self._clip is not None:
-            self._processed_actions = self._processed_actions.clamp(*self._clip)
+        self._processed_actions = clipped(self._processed_actions, self._clip)
 
     def apply_actions(self) -> None:
         """Set the velocity targets for the current heading."""

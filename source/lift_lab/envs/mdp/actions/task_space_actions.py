@@ -14,7 +14,7 @@ from lift_lab.utils.errors import ConfigError
 
 from .._tensors import columns
 from ._end_effector import EndEffector, JointDynamics
-from .joint_actions import clip_limits
+from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -49,7 +49,7 @@ class DifferentialInverseKinematicsAction(ActionTerm):
                 f"{type(self).__name__}: scale has {len(self._scale)} values for {self.action_dim} columns"
             )
         axes = ["x", "y", "z", "rx", "ry", "rz"] if self.action_dim < 7 else ["x", "y", "z", "qw", "qx", "qy", "qz"]
-        self._clip = clip_limits(cfg.clip, axes[: self.action_dim], self.device)
+        self._clip = clip_limits(cfg.clip, axes[: self.action_dim], self.num_envs, self.device)
 
     @property
     def action_dim(self) -> int:
@@ -73,8 +73,7 @@ class DifferentialInverseKinematicsAction(ActionTerm):
         """
         self._raw_actions[:] = actions
         self._processed_actions = self._raw_actions * self._scale
-        if self._clip is not None:
-            self._processed_actions = self._processed_actions.clamp(*self._clip)
+        self._processed_actions = clipped(self._processed_actions, self._clip)
         self._ik_controller.set_command(self._processed_actions, *self._end_effector.pose_b())
 
     def apply_actions(self) -> None:
