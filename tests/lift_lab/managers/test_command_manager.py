@@ -98,6 +98,36 @@ def test_a_reset_draws_anew_and_restarts_the_counter_of_its_environments(env):
     assert env.calls == [[0, 1, 2, 3]]
 
 
+def tell(manager, dt, ended):
+    """Answer what the manager foretells, as an environment does that asks once a step."""
+    for mask, told in manager.foretell(dt, ended):
+        told(mask.nonzero().flatten())
+
+
+@pytest.mark.parametrize("is_foretold", [False, True])
+@pytest.mark.parametrize(
+    ("interval_s", "drawn"),
+    [
+        (1.0, [0, 2]),
+        (0.2, [0, 2, 3]),  # the timer of environment 3 runs for one step, the one after its reset
+        (0.1, [0, 2, 3]),
+    ],
+)
+def test_what_is_foretold_is_what_would_be_drawn(env, is_foretold, interval_s, drawn):
+    manager = manager_of(env, interval_s, interval_s)
+    manager.reset()
+    manager.get_term("pose").time_left[:] = torch.tensor([0.1, 0.3, 0.2, 0.1])
+    env.calls.clear()
+    if is_foretold:
+        tell(manager, 0.2, ended=torch.tensor([False, False, False, True]))
+    manager.reset(torch.tensor([3]))
+    manager.compute(dt=0.2)
+    assert env.calls == [[3], "metrics", drawn, "update"]
+    manager.get_term("pose").time_left[:] = torch.tensor([1.0, 0.1, 1.0, 1.0])
+    manager.compute(dt=0.2)  # what was foretold held for one step
+    assert env.calls[-3:] == ["metrics", [1], "update"]
+
+
 def test_without_terms_there_is_nothing_to_do(env):
     manager = CommandManager(None, env)
     manager.compute(0.1)

@@ -97,6 +97,39 @@ def test_a_local_interval_fires_in_each_environment_by_its_own_timer(env):
     assert fired == [[], [], [], [], [0, 1, 2], [], [], [], [3], [0, 1, 2]]
 
 
+def test_an_interval_begins_at_the_step_that_fires_not_when_it_was_due(env):
+    manager = interval(env, 1.0, 1.0)
+    fired = []
+    for step in range(1, 10):
+        env.calls.clear()
+        manager.apply("interval", dt=0.4)
+        fired += [step] if env.calls else []
+    assert fired == [3, 6, 9]
+
+
+@pytest.mark.parametrize("is_foretold", [False, True])
+@pytest.mark.parametrize(
+    ("interval_s", "applied"),
+    [
+        (1.0, [0, 2]),
+        (0.2, [0, 2, 3]),  # the timer of environment 3 runs for one step, the one after its reset
+        (0.1, [0, 2, 3]),
+    ],
+)
+def test_what_is_foretold_is_what_would_be_applied(env, is_foretold, interval_s, applied):
+    manager = interval(env, interval_s, interval_s)
+    manager._interval_term_time_left[0][:] = torch.tensor([0.1, 0.3, 0.2, 0.1])
+    if is_foretold:
+        for mask, tell in manager.foretell(0.2, ended=torch.tensor([False, False, False, True])):
+            tell(mask.nonzero().flatten())
+    manager.reset(torch.tensor([3]))
+    manager.apply("interval", dt=0.2)
+    assert env.calls == [("note", applied)]
+    manager._interval_term_time_left[0][:] = torch.tensor([1.0, 0.1, 1.0, 1.0])
+    manager.apply("interval", dt=0.2)  # what was foretold held for one step
+    assert env.calls[1:] == [("note", [1])]
+
+
 def test_an_interval_is_drawn_from_its_range_at_the_start_and_at_resets(env_factory):
     manager = interval(env_factory(num_envs=2000), 2.0, 4.0)
     for _ in range(2):
