@@ -148,6 +148,16 @@ def test_the_mode_decides_which_episodes_go_where(env, make, tmp_path, mode, suc
     assert manager.exported_failed_episode_count == 2
 
 
+def test_success_is_that_of_the_environments_that_reset(env, make):
+    env.termination_manager = SimpleNamespace(
+        active_terms=["success"], get_term=lambda name: torch.tensor([False, True, False])
+    )
+    manager = make(export_in_record_pre_reset=False)
+    step(env, manager)
+    manager.record_pre_reset(torch.tensor([2, 1]))
+    assert [manager.get_episode(env_id).success for env_id in (1, 2)] == [True, False]
+
+
 def test_exports_can_be_held_back_and_numbered(env, make, tmp_path):
     manager = make(export_in_record_pre_reset=False)
     step(env, manager)

@@ -32,6 +32,7 @@ def test_a_default_reset_brings_back_state_and_targets(env):
     robot, ball = env.scene["robot"], env.scene["ball"]
     robot.write_joint_state_to_sim(robot.data.joint_pos + 0.2, robot.data.joint_vel + 1.0)
     robot.set_joint_position_target(robot.data.joint_pos.clone())
+    robot.set_joint_velocity_target(torch.ones(env.num_envs, 2))
     ball.write_root_pose_to_sim(ball.data.root_pose_w + 0.1)
     ball.write_root_velocity_to_sim(torch.ones(env.num_envs, 6))
     ids = torch.tensor([1, 4])
@@ -39,6 +40,7 @@ def test_a_default_reset_brings_back_state_and_targets(env):
     torch.testing.assert_close(robot.data.joint_pos[ids], robot.data.default_joint_pos[ids])
     torch.testing.assert_close(robot.data.joint_vel[ids], torch.zeros(2, 2))
     torch.testing.assert_close(robot.data.joint_pos_target[ids], robot.data.default_joint_pos[ids])
+    assert robot.data.joint_vel_target[:6, 0].tolist() == [1.0, 0.0, 1.0, 1.0, 0.0, 1.0]
     home = torch.tensor([2.0, 0.0, 1.0]) + env.scene.env_origins
     torch.testing.assert_close(ball.data.root_pos_w[ids], home[ids])
     torch.testing.assert_close(ball.data.root_vel_w[ids], torch.zeros(2, 6))
@@ -60,9 +62,11 @@ def test_a_default_reset_brings_back_a_kinematic_articulation(make_env, make_cfg
 
 def test_a_root_is_reset_uniformly_about_its_default_pose(env):
     ball = env.scene["ball"]
-    mdp.reset_root_state_uniform(
-        env, None, {"x": (-0.1, 0.3), "z": (0.5, 0.5)}, {"y": (1.0, 2.0), "yaw": (-1.0, 1.0)}, BALL
-    )
+    ball.data.default_root_state[:, 8] = 3.0
+    for _ in range(2):  # from the defaults each time
+        mdp.reset_root_state_uniform(
+            env, None, {"x": (-0.1, 0.3), "z": (0.5, 0.5)}, {"y": (1.0, 2.0), "yaw": (-1.0, 1.0)}, BALL
+        )
     offset = ball.data.root_pos_w - env.scene.env_origins - torch.tensor([2.0, 0.0, 1.0])
     assert offset[:, 0].min() >= -0.1 - 1e-5
     assert offset[:, 0].max() <= 0.3 + 1e-5
@@ -70,8 +74,8 @@ def test_a_root_is_reset_uniformly_about_its_default_pose(env):
     torch.testing.assert_close(offset[:, 1:], torch.tensor([[0.0, 0.5]]).repeat(len(offset), 1), atol=1e-5, rtol=0)
     torch.testing.assert_close(ball.data.root_quat_w, torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(len(offset), 1))
     velocity = ball.data.root_vel_w
-    assert velocity[:, 1].min() >= 1.0
-    assert velocity[:, 1].max() <= 2.0
+    assert velocity[:, 1].min() >= 4.0
+    assert velocity[:, 1].max() <= 5.0
     assert velocity[:, 5].std() > 0.4
     assert (velocity[:, [0, 2, 3, 4]].abs() < 1e-5).all()
 
@@ -97,7 +101,9 @@ def test_a_rotation_is_applied_after_the_default_orientation(env, quarter_turn_z
 
 
 def test_random_orientations_cover_all_rotations(env):
-    mdp.reset_root_state_with_random_orientation(env, None, {"x": (0.0, 0.0)}, {}, BALL)
+    mdp.reset_root_state_with_random_orientation(env, None, {"x": (0.2, 0.2)}, {}, BALL)
+    place = env.scene["ball"].data.root_pos_w - env.scene.env_origins
+    torch.testing.assert_close(place, torch.tensor([2.2, 0.0, 1.0]).expand_as(place), atol=1e-5, rtol=0)
     quat = env.scene["ball"].data.root_quat_w
     torch.testing.assert_close(quat.norm(dim=1), torch.ones(len(quat)))
     # the second moment of a uniform unit quaternion is I / 4
@@ -113,7 +119,9 @@ def test_a_misspelt_axis_is_an_error(env):
 
 def test_joints_are_reset_by_scale_and_by_offset_within_their_limits(env):
     robot = env.scene["robot"]
-    mdp.reset_joints_by_scale(env, None, (0.5, 1.5), (0.0, 0.0), ROBOT)
+    robot.data.default_joint_vel[:] = 0.4
+    mdp.reset_joints_by_scale(env, None, (0.5, 1.5), (2.0, 2.0), ROBOT)
+    torch.testing.assert_close(robot.data.joint_vel, torch.full((env.num_envs, 2), 0.8))
     ratio = robot.data.joint_pos / robot.data.default_joint_pos
     assert ratio.min() >= 0.5 - 1e-5
     assert ratio.max() <= 1.5 + 1e-5
@@ -122,12 +130,13 @@ def test_joints_are_reset_by_scale_and_by_offset_within_their_limits(env):
     elbow.resolve(env.scene)
     before = robot.data.joint_pos.clone()
     ids = torch.tensor([0, 3])
-    mdp.reset_joints_by_offset(env, ids, (5.0, 6.0), (-0.5, 0.5), elbow)
-    limit = robot.data.soft_joint_pos_limits[0, 1, 1]
-    torch.testing.assert_close(robot.data.joint_pos[ids, 1], limit.repeat(2))
+    robot.data.soft_joint_pos_limits[..., 1] = 1.0  # below the joints' own of 120 degrees
+    robot.data.soft_joint_vel_limits[:] = 0.3
+    mdp.reset_joints_by_offset(env, ids, (5.0, 6.0), (-3.0, -2.0), elbow)
+    torch.testing.assert_close(robot.data.joint_pos[ids, 1], torch.ones(2))
     torch.testing.assert_close(robot.data.joint_pos[:, 0], before[:, 0])
     torch.testing.assert_close(robot.data.joint_pos[1], before[1])
-    assert (robot.data.joint_vel[ids, 1].abs() > 0).all()
+    torch.testing.assert_close(robot.data.joint_vel[ids, 1], torch.full((2,), -0.3))
 
 
 def test_a_push_adds_to_the_velocity(env):
@@ -140,7 +149,7 @@ def test_a_push_adds_to_the_velocity(env):
 
 def test_external_forces_accelerate_the_body(env):
     ball = env.scene["ball"]
-    mdp.apply_external_force_torque(env, torch.tensor([1]), (2.0, 2.0), (0.0, 0.0), BALL)
+    mdp.apply_external_force_torque(env, slice(1, 2), (2.0, 2.0), (0.0, 0.0), BALL)
     env.step(torch.zeros(env.num_envs, 2))
     # 2 N in each direction on 0.5 kg for 20 ms
     torch.testing.assert_close(ball.data.root_lin_vel_w[1], torch.full((3,), 0.08), atol=1e-4, rtol=0)
@@ -156,9 +165,13 @@ def test_masses_are_drawn_from_their_defaults_each_time(env):
     assert masses.min() >= 0.25 - 1e-6
     assert masses.max() <= 1.0 + 1e-6
     assert abs(masses.mean() - 0.625) < 0.05
-    inertia = env.sim.physics.randomizable("body_inertia")[:, env.sim.model.body("ball/Ball").id].float()
+    inertia = env.sim.physics.randomizable("body_inertia")[:, env.sim.model.body("ball/Ball").id]
     # a sphere: 2/5 m r^2
-    torch.testing.assert_close(inertia, (0.4 * masses * 0.01)[:, None].repeat(1, 3), rtol=1e-4, atol=0)
+    expected = (0.4 * masses * 0.01)[:, None].repeat(1, 3)
+    torch.testing.assert_close(inertia.float(), expected, rtol=1e-4, atol=0)
+    term(env, None, **params, recompute_inertia=False)
+    assert (ball.get_masses()[:, 0] - masses).abs().min() > 0.0
+    torch.testing.assert_close(inertia.float(), expected, rtol=1e-4, atol=0)
 
 
 def test_a_mass_of_the_chosen_bodies_is_added_to(env):
@@ -225,22 +238,25 @@ def test_gains_are_drawn_for_the_chosen_joints(env):
     robot = env.scene["robot"]
     elbow = SceneEntityCfg("robot", joint_names=["elbow"])
     elbow.resolve(env.scene)
-    _class_term(
-        mdp.randomize_actuator_gains,
-        env,
-        asset_cfg=elbow,
-        stiffness_distribution_params=(2.0, 2.0),
-        damping_distribution_params=(0.5, 1.5),
-        operation="scale",
-    )
+    params = {
+        "asset_cfg": elbow,
+        "stiffness_distribution_params": (2.0, 2.0),
+        "damping_distribution_params": (0.5, 1.5),
+        "operation": "scale",
+    }
+    _class_term(mdp.randomize_actuator_gains, env, **params)(env, None, **params)  # from the defaults each time
     torch.testing.assert_close(robot.data.joint_stiffness[0], torch.tensor([50.0, 100.0]))
     damping = robot.data.joint_damping
     assert (damping[:, 0] == 5.0).all()
     assert damping[:, 1].min() >= 2.5
+    assert damping[:, 1].max() <= 7.5
     assert damping[:, 1].std() > 1.0
     bias = env.sim.physics.randomizable("actuator_biasprm")
     torch.testing.assert_close(bias[:, 1, 1].float(), torch.full((env.num_envs,), -100.0))
     torch.testing.assert_close(-bias[:, 1, 2].float(), damping[:, 1])
+    less = {"asset_cfg": elbow, "stiffness_distribution_params": (-99.0, -99.0), "operation": "add"}
+    _class_term(mdp.randomize_actuator_gains, env, **less)
+    assert robot.data.joint_stiffness[0].tolist() == [50.0, 0.0]  # none is negative
 
 
 def test_joint_friction_armature_and_limits_are_drawn(env):
@@ -263,6 +279,19 @@ def test_joint_friction_armature_and_limits_are_drawn(env):
         assert value.max() <= high + 1e-6
         assert value.std() > 0
     torch.testing.assert_close(data.joint_pos_limits[..., 0], torch.full((env.num_envs, 2), -torch.pi / 2))
+    for _ in range(2):  # on top of the values at start, never of those that were drawn
+        _class_term(
+            mdp.randomize_joint_parameters,
+            env,
+            asset_cfg=ROBOT,
+            armature_distribution_params=(0.05, 0.05),
+            lower_limit_distribution_params=(0.1, 0.1),
+            upper_limit_distribution_params=(-0.2, -0.2),
+            operation="add",
+        )
+    torch.testing.assert_close(data.joint_armature, torch.full((env.num_envs, 2), 0.05))
+    limits = torch.tensor([-torch.pi / 2 + 0.1, 2 * torch.pi / 3 - 0.2])
+    torch.testing.assert_close(data.joint_pos_limits, limits.expand(env.num_envs, 2, 2))
     with pytest.raises(ConfigError, match="above its upper limit"):
         _class_term(mdp.randomize_joint_parameters, env, asset_cfg=ROBOT, lower_limit_distribution_params=(3.0, 3.0))
 

@@ -10,6 +10,8 @@ import lift_lab.envs.mdp as mdp
 from lift_lab.managers import RewardTermCfg, SceneEntityCfg
 
 HALF = SceneEntityCfg("robot", joint_ids=[2, 0], body_ids=[1])
+SECOND = SceneEntityCfg("robot", joint_ids=[1])
+"""A joint that leaves its limits downwards."""
 
 
 @pytest.fixture
@@ -36,7 +38,7 @@ def env():
         soft_joint_pos_limits=torch.tensor([[[-1.0, 1.0], [-2.0, 2.0], [0.1, 0.5]]]).repeat(2, 1, 1),
         soft_joint_vel_limits=torch.tensor([[1.5, 1.5, 2.0]]).repeat(2, 1),
         applied_torque=torch.tensor([[1.0, -2.0, 3.0], [0.0, 0.0, 5.0]]),
-        computed_torque=torch.tensor([[1.0, -2.0, 3.0], [0.0, 0.5, 9.0]]),
+        computed_torque=torch.tensor([[1.0, -2.0, 3.0], [0.0, -0.5, 9.0]]),
     )
     forces = torch.zeros(2, 2, 2, 3)  # environments, history, bodies
     forces[0, 1, 0, 2] = 5.0
@@ -54,7 +56,7 @@ def env():
         device="cpu",
         step_dt=0.02,
         max_episode_length=5,
-        max_episode_length_s=0.1,
+        max_episode_length_s=0.09,
         episode_length_buf=torch.tensor([4, 5]),
         scene=_Scene(scene, torch.tensor([[1.0, 1.0, 0.0], [4.0, 1.0, 0.0]]), forces),
         action_manager=SimpleNamespace(
@@ -118,7 +120,7 @@ OBSERVATIONS = [
     (mdp.last_action, {"action_name": "grip"}, [[3.0], [3.0]]),
     (mdp.generated_commands, {"command_name": "velocity"}, [[0.1, 0.2, 1.0], [0.0, 0.0, 0.0]]),
     (mdp.current_time_s, {}, [[0.08], [0.1]]),
-    (mdp.remaining_time_s, {}, [[0.02], [0.0]]),
+    (mdp.remaining_time_s, {}, [[0.01], [-0.01]]),
 ]
 
 REWARDS = [
@@ -144,6 +146,7 @@ REWARDS = [
     (mdp.undesired_contacts, {"threshold": 1.0, "sensor_cfg": ANY_CONTACT}, [1.0, 1.0]),
     (mdp.undesired_contacts, {"threshold": 1.0, "sensor_cfg": CONTACT}, [0.0, 1.0]),
     (mdp.desired_contacts, {"sensor_cfg": CONTACT}, [1.0, 0.0]),
+    (mdp.desired_contacts, {"sensor_cfg": ANY_CONTACT}, [0.0, 0.0]),
     (mdp.contact_forces, {"threshold": 1.0, "sensor_cfg": ANY_CONTACT}, [4.0, 4.0]),
     (mdp.track_lin_vel_xy_exp, {"std": 2.0, "command_name": "velocity"}, [1.0, math.exp(-5.0 / 4.0)]),
     (mdp.track_ang_vel_z_exp, {"std": 2.0, "command_name": "velocity"}, [1.0, math.exp(-1.0)]),
@@ -153,17 +156,25 @@ TERMINATIONS = [
     (mdp.time_out, {}, [False, True]),
     (mdp.command_resample, {"command_name": "velocity"}, [True, False]),
     (mdp.command_resample, {"command_name": "velocity", "num_resamples": 2}, [False, False]),
+    (mdp.command_resample, {"command_name": "velocity", "num_resamples": 0}, [False, False]),
     (mdp.bad_orientation, {"limit_angle": 0.5}, [False, True]),
     (mdp.bad_orientation, {"limit_angle": 0.55}, [False, False]),
     (mdp.root_height_below_minimum, {"minimum_height": 0.5}, [True, False]),
     (mdp.joint_pos_out_of_limit, {}, [False, True]),
     (mdp.joint_pos_out_of_limit, {"asset_cfg": SceneEntityCfg("robot", joint_ids=[0])}, [False, True]),
+    (mdp.joint_pos_out_of_limit, {"asset_cfg": SECOND}, [False, True]),
     (mdp.joint_pos_out_of_manual_limit, {"bounds": (-3.0, 1.0)}, [False, True]),
+    (mdp.joint_pos_out_of_manual_limit, {"bounds": (-2.0, 3.0)}, [False, True]),
     (mdp.joint_vel_out_of_limit, {}, [True, False]),
+    (mdp.joint_vel_out_of_limit, {"asset_cfg": SECOND}, [True, False]),
     (mdp.joint_vel_out_of_manual_limit, {"max_velocity": 0.4}, [True, True]),
     (mdp.joint_vel_out_of_manual_limit, {"max_velocity": 3.0}, [False, False]),
+    (mdp.joint_vel_out_of_manual_limit, {"max_velocity": 1.0, "asset_cfg": SECOND}, [True, False]),
     (mdp.joint_effort_out_of_limit, {}, [False, True]),
+    (mdp.joint_effort_out_of_limit, {"asset_cfg": SECOND}, [False, True]),
     (mdp.illegal_contact, {"threshold": 4.9, "sensor_cfg": CONTACT}, [False, True]),
+    # in the first environment a step ago
+    (mdp.illegal_contact, {"threshold": 4.9, "sensor_cfg": ANY_CONTACT}, [True, True]),
     (mdp.illegal_contact, {"threshold": 5.1, "sensor_cfg": ANY_CONTACT}, [False, False]),
 ]
 
@@ -175,6 +186,13 @@ def _names(cases):
 @pytest.mark.parametrize(("func", "params", "expected"), OBSERVATIONS, ids=_names(OBSERVATIONS))
 def test_an_observation_is_what_its_name_says(env, func, params, expected):
     torch.testing.assert_close(func(env, **params), torch.tensor(expected), atol=1e-6, rtol=1e-6)
+
+
+def test_gravity_is_seen_from_a_body_that_was_turned(env):
+    half = math.sqrt(0.5)
+    env.scene["robot"].data.body_quat_w[1, 1] = torch.tensor([half, half, 0.0, 0.0])  # its y axis points up
+    expected = torch.tensor([[0.0, 0.0, -1.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 0.0, -1.0, 0.0]])
+    torch.testing.assert_close(mdp.body_projected_gravity_b(env), expected, atol=1e-6, rtol=0)
 
 
 @pytest.mark.parametrize(("func", "params", "expected"), REWARDS, ids=_names(REWARDS))
