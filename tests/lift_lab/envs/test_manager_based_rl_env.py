@@ -157,8 +157,10 @@ def test_a_reset_event_sees_the_number_of_environment_steps(make_env):
     env = make_env(events={"note": event})
     env.reset()
     env.reset(env_ids=[0])
-    for _ in range(5):
+    for step in range(5):
         env.step(_still(env))
+        if step == 2:
+            env.reset(env_ids=[1])  # 3 steps are too few, though they are 12 of the physics
     env.reset(env_ids=[0, 2])
     assert seen == [(0, [0, 1, 2]), (20, [0, 2])]
 
@@ -173,9 +175,17 @@ def test_substeps_in_one_call_and_one_by_one_reach_the_same_state(make_env):
         assert env._actions_are_constant
         env._actions_are_constant = fused
         obs, _ = env.reset()
+        told_s, update = [], env.scene.update
+
+        def spy(dt, told_s=told_s, update=update):
+            told_s.append(dt)
+            update(dt)
+
+        env.scene.update = spy
         for step in range(5):
             obs, *_ = env.step(torch.full((3, 2), 0.3 * step))
         results.append(obs["policy"])
+        assert told_s == pytest.approx([0.02] * 5 if fused else [0.005] * 20)  # the time that sensors count
         env.close()
     assert torch.equal(results[0], results[1])
 
@@ -206,6 +216,7 @@ def test_an_environment_whose_physics_fails_is_reset_without_reward(make_env, ph
     healthy = make_env(physics=physics, rewards={"alive": RewardTermCfg(func=mdp.is_alive, weight=1.0)})
     first, _ = env.reset()
     healthy.reset()
+    env.episode_length_buf[1] = env.max_episode_length - 1  # its time is up in the same step
     env.sim.physics.write("qvel", float("nan"), torch.tensor([1]))
     action = torch.full((3, 2), 0.4)
     obs, reward, terminated, truncated, extras = env.step(action)
@@ -222,6 +233,9 @@ def test_an_environment_whose_physics_fails_is_reset_without_reward(make_env, ph
     obs, reward, terminated, *_ = env.step(action)
     assert not terminated.any()
     torch.testing.assert_close(obs["policy"][1], expected["policy"][1])
+    env.episode_length_buf[0] = env.max_episode_length - 1
+    *_, extras = env.step(action)
+    assert extras["log"]["Metrics/physics/nonfinite"] == 0.0  # a failure is logged once
 
 
 @pytest.mark.parametrize("physics", ENGINES)
@@ -244,6 +258,9 @@ def test_an_action_of_nan_ends_that_environments_episode_alone(make_env, make_cf
     # 2 * 0.25 for 20 ms, of the step before alone, over 0.2 s
     assert log["Episode_Reward/action"] == pytest.approx(0.05)
     torch.testing.assert_close(env.reward_manager.episode_sum("action"), torch.tensor([0.02, 0.02, 0.0]))
+    env.sim.physics.write("qvel", float("nan"), torch.tensor([1]))  # this one fails in the first physics step alone
+    _, _, terminated, *_ = env.step(action)
+    assert terminated.tolist() == [False, True, True]
 
 
 # -- episodes
@@ -260,6 +277,30 @@ def test_an_episode_lasts_ceil_of_its_length_over_the_step(make_env):
         lengths.append((env.episode_length_buf[0].item(), truncated[0].item()))
     assert lengths == [(1, False), (2, False), (3, False), (4, False), (5, False), (6, False), (0, True)]
     assert env.common_step_counter == 7
+
+
+def test_commands_last_for_the_time_that_steps_take(make_env):
+    still = mdp.UniformPoseCommandCfg.Ranges(
+        pos_x=(0.4, 0.4), pos_y=(0.0, 0.0), pos_z=(0.0, 0.0), roll=(0, 0), pitch=(0, 0), yaw=(0, 0)
+    )
+    goal = mdp.UniformPoseCommandCfg(
+        asset_name="robot", body_name="lower", resampling_time_range=(0.05, 0.05), ranges=still
+    )
+    env = make_env(commands={"goal": goal})
+    env.reset()
+    counts = []
+    for _ in range(6):
+        env.step(_still(env))
+        counts.append(env.command_manager.get_term("goal").command_counter.tolist())
+    assert counts == [[1] * 3, [1] * 3, [2] * 3, [2] * 3, [2] * 3, [3] * 3]  # 50 ms end in the third step of 20 ms
+
+
+def test_last_observations_are_of_the_step_that_ends_episodes_alone(make_env):
+    env = make_env()
+    env.wants_final_obs = True
+    env.reset()
+    env.episode_length_buf[1] = env.max_episode_length - 1
+    assert ["final_obs" in env.step(_still(env))[-1] for _ in range(2)] == [True, False]
 
 
 def test_the_log_holds_every_key_of_the_reset_environments(make_env):
