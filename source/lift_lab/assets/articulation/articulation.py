@@ -481,9 +481,10 @@ class Articulation(MovableAsset):
     def write_joint_velocity_limit_to_sim(
         self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
-        """Set velocity limits (rad/s or m/s), shape (n, num joints chosen): data for rewards and resets.
+        """Set velocity limits (rad/s or m/s), shape (n, num joints chosen), in ``data.joint_vel_limits``.
 
-        MuJoCo does not clamp velocities.
+        MuJoCo does not clamp velocities. Rewards and resets read ``data.soft_joint_vel_limits``, which stay as they are
+        (as in Isaac Lab).
         """
         self._set("joint_vel_limits", limits, joint_ids, env_ids)
 
