@@ -92,6 +92,18 @@ def test_a_delayed_actuator_follows_the_targets_of_some_steps_ago():
     np.testing.assert_allclose(efforts, [1.0, 1.0, 1.0, 2.0], rtol=1e-6)
 
 
+def test_velocity_and_effort_targets_are_as_late_as_positions():
+    cfg = DelayedPDActuatorCfg(joint_names_expr=[".*"], stiffness=None, damping=None, min_delay=2, max_delay=2)
+    actuator = _make(cfg, damping=2.0)
+    actuator.reset(None)
+    still, efforts = torch.zeros(NUM_ENVS, 2), []
+    for step in range(1, 5):
+        action = ArticulationActions(*(torch.full((NUM_ENVS, 2), scale * step) for scale in (0.1, 1.0, 100.0)))
+        efforts.append(float(actuator.compute(action, still, still).joint_efforts[0, 0]))
+    # 10 * 0.1 + 2 * 1 + 100 of the step that is followed
+    np.testing.assert_allclose(efforts, [103.0, 103.0, 103.0, 206.0], rtol=1e-6)
+
+
 def test_lags_are_drawn_between_their_bounds_for_each_environment():
     torch.manual_seed(2)
     cfg = DelayedPDActuatorCfg(joint_names_expr=[".*"], stiffness=None, damping=None, min_delay=1, max_delay=3)
@@ -174,10 +186,10 @@ def test_a_network_sees_scaled_errors_and_velocities_now_and_before(mlp_file, or
 def test_a_partial_reset_empties_the_networks_history_of_those_environments_alone(mlp_file):
     actuator = _make(_mlp(mlp_file, "pos_vel"))
     for _ in range(2):
-        _effort(actuator, 0.1)
+        _effort(actuator, 0.1, joint_vel=1.0)
     actuator.reset(torch.tensor([2]))
-    effort = _effort(actuator, 0.1)[:, 0]
-    full, fresh = 3.0 * (0.2 * 1 + 0.2 * 10), 3.0 * 0.2
+    effort = _effort(actuator, 0.1, joint_vel=1.0)[:, 0]
+    full, fresh = 3.0 * (0.2 * 11 + 0.5 * 1100), 3.0 * (0.2 * 1 + 0.5 * 100)
     np.testing.assert_allclose(effort, [full, full, fresh, full], rtol=1e-5)
 
 

@@ -52,9 +52,10 @@ def test_a_pseudo_inverse_step_is_the_shortest_that_closes_the_gap(method):
     torch.testing.assert_close(step, shortest, atol=1e-4, rtol=1e-4)
 
 
-def test_the_gain_scales_the_step():
+@pytest.mark.parametrize("method", ["pinv", "svd", "trans"])
+def test_the_gain_scales_the_step(method):
     jacobian, error, joint_pos = _problem(3)
-    settings = {"command_type": "position", "ik_method": "pinv"}
+    settings = {"command_type": "position", "ik_method": method}
     full = _step(_controller(**settings), jacobian, error, joint_pos)
     half = _step(_controller(**settings, ik_params={"k_val": 0.5}), jacobian, error, joint_pos)
     torch.testing.assert_close(half, 0.5 * full, atol=1e-5, rtol=1e-5)

@@ -5,7 +5,7 @@ import torch
 
 from lift_lab.controllers import OperationalSpaceController, OperationalSpaceControllerCfg
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.math import matrix_from_quat, quat_apply, random_orientation
+from lift_lab.utils.math import matrix_from_quat, quat_apply, quat_box_minus, random_orientation
 
 N, JOINTS = 3, 7
 
@@ -91,6 +91,40 @@ def test_free_axes_are_those_of_the_task_frame(arm):
     torch.testing.assert_close(force_task[:, :2], expected[:, :2], atol=1e-2, rtol=1e-3)
 
 
+def test_a_free_axis_is_not_damped_either(arm):
+    settings = {"motion_stiffness_task": 40.0, "inertial_dynamics_decoupling": True}
+    controller = _controller(target_types=["pose_rel"], motion_control_axes_task=(1, 1, 0, 1, 1, 1), **settings)
+    error = 0.1 * torch.randn(N, 6)
+    _still_pose_error(arm, controller, error)
+    efforts = controller.compute(arm["jacobian"], arm["pose"], arm["velocity"], mass_matrix=arm["mass"])
+    chosen = torch.tensor([1.0, 1.0, 0.0, 1.0, 1.0, 1.0])
+    wanted = chosen * (40.0 * error - 2.0 * 40.0**0.5 * arm["velocity"])
+    inertia = torch.linalg.inv(arm["jacobian"] @ torch.linalg.inv(arm["mass"]) @ arm["jacobian"].mT)
+    expected = _apply(arm["jacobian"].mT, chosen * _apply(inertia, wanted))
+    torch.testing.assert_close(efforts, expected, atol=1e-2, rtol=1e-3)
+
+
+def test_a_change_of_pose_is_along_the_axes_of_the_task_frame(arm):
+    controller = _controller(target_types=["pose_rel"])
+    frame = torch.cat((torch.randn(N, 3), random_orientation(N, "cpu")), dim=1)
+    change = 0.3 * torch.randn(N, 6)
+    controller.set_command(change, arm["pose"], frame)
+    wanted, to_b = controller.desired_ee_pose_b, matrix_from_quat(frame[:, 3:])
+    torch.testing.assert_close(wanted[:, :3], arm["pose"][:, :3] + _apply(to_b, change[:, :3]), atol=1e-5, rtol=0)
+    turn = quat_box_minus(wanted[:, 3:], arm["pose"][:, 3:])
+    torch.testing.assert_close(turn, _apply(to_b, change[:, 3:]), atol=1e-5, rtol=0)
+
+
+def test_a_wrench_of_the_task_frame_has_a_moment_about_the_root():
+    controller = _controller(target_types=["wrench_abs"], contact_wrench_control_axes_task=(1, 1, 1, 1, 1, 1))
+    # the frame stands at x = 2 and is turned by 90 degrees about z: its x axis is the root's y axis
+    frame = torch.tensor([[2.0, 0.0, 0.0, 0.5**0.5, 0.0, 0.0, 0.5**0.5]]).repeat(N, 1)
+    controller.set_command(torch.tensor([[3.0, 0.0, 0.0, 1.0, 0.0, 0.5]]).repeat(N, 1), None, frame)
+    applied = controller.compute(torch.eye(6).repeat(N, 1, 1))
+    expected = torch.tensor([[0.0, 3.0, 0.0, 0.0, 1.0, 0.5 + 2.0 * 3.0]]).repeat(N, 1)
+    torch.testing.assert_close(applied, expected, atol=1e-5, rtol=0)
+
+
 def test_gains_may_come_with_the_command(arm):
     error = 0.1 * torch.randn(N, 6)
     stiffness, ratio = torch.full((N, 6), 30.0), torch.full((N, 6), 0.25)
@@ -157,14 +191,13 @@ def test_null_space_efforts_do_not_move_the_end_effector(arm, decoupling):
         controller.set_command(torch.zeros(N, 6), arm["pose"])
         motion = {"current_ee_pose_b": arm["pose"], "current_ee_vel_b": torch.zeros(N, 6)}
     mass = arm["mass"] if decoupling else None
-    efforts = controller.compute(
-        arm["jacobian"],
-        **motion,
-        mass_matrix=mass,
-        current_joint_pos=arm["joint_pos"],
-        current_joint_vel=arm["joint_vel"],
-        nullspace_joint_pos_target=torch.ones(N, JOINTS),
-    )
+    state = {"current_joint_pos": arm["joint_pos"], "current_joint_vel": arm["joint_vel"], "mass_matrix": mass}
+
+    def pulled_to(target):
+        return controller.compute(arm["jacobian"], **motion, **state, nullspace_joint_pos_target=target)
+
+    efforts = pulled_to(torch.ones(N, JOINTS))
+    torch.testing.assert_close(pulled_to(None), pulled_to(torch.zeros(N, JOINTS)))
     assert efforts.norm(dim=1).min() > 0.1
     if decoupling:
         moved = _apply(arm["jacobian"], torch.linalg.solve(mass, efforts))

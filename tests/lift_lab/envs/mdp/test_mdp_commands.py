@@ -231,6 +231,17 @@ def test_a_heading_command_steers_towards_the_heading(env):
     torch.testing.assert_close(command.command[:, 2], (0.5 * error).clamp(-0.8, 0.8), atol=1e-5, rtol=0)
 
 
+def test_an_environment_without_a_heading_keeps_the_yaw_rate_that_was_drawn(env):
+    cfg = _velocity_cfg(heading_command=True, heading=(-3.0, 3.0), rel_heading_envs=0.5)
+    command = mdp.UniformVelocityCommand(cfg, env)
+    command.reset()
+    drawn = command.command[:, 2].clone()
+    command.compute(0.02)
+    kept = command.command[:, 2] == drawn
+    assert torch.equal(kept, ~command.is_heading_env)
+    assert 0.35 < kept.float().mean() < 0.65
+
+
 def test_velocity_metrics_average_the_error_over_the_command(env):
     command = mdp.UniformVelocityCommand(_velocity_cfg(), env)
     command.reset()
@@ -272,7 +283,8 @@ def _pose_2d_cfg(simple_heading: bool) -> mdp.UniformPose2dCommandCfg:
 
 def test_a_ground_pose_is_drawn_about_the_origin_and_seen_from_the_root(env):
     robot = env.scene["robot"]
-    robot.data.root_quat_w = robot.yaw_quat
+    leaning = (_rotation(robot.yaw_quat) * Rotation.from_euler("x", 0.4)).as_quat()[:, [3, 0, 1, 2]]
+    robot.data.root_quat_w = torch.tensor(leaning, dtype=torch.float32)
     command = mdp.UniformPose2dCommand(_pose_2d_cfg(simple_heading=False), env)
     command.reset()
     command.compute(0.02)
@@ -285,6 +297,8 @@ def test_a_ground_pose_is_drawn_about_the_origin_and_seen_from_the_root(env):
     turn = command.heading_command_w - robot.data.heading_w
     torch.testing.assert_close(torch.cos(command.command[:, 3]), torch.cos(turn), atol=1e-5, rtol=0)
     torch.testing.assert_close(torch.sin(command.command[:, 3]), torch.sin(turn), atol=1e-5, rtol=0)
+    error = command.metrics["error_heading"]
+    torch.testing.assert_close(error, torch.acos(torch.cos(turn)), atol=2e-3, rtol=0)
 
 
 def test_a_simple_heading_lies_along_the_way_and_needs_no_more_than_a_quarter_turn(env):

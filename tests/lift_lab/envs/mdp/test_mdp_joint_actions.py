@@ -107,6 +107,15 @@ def test_a_relative_action_is_added_to_the_current_position(env):
     assert term._joint_ids == [1, 2]
 
 
+@pytest.mark.parametrize(("use_zero_offset", "offset"), [(True, 0.0), (False, 0.5)])
+def test_a_relative_action_has_an_offset_only_where_zero_does_not_replace_it(env, use_zero_offset, offset):
+    cfg = mdp.RelativeJointPositionActionCfg(
+        asset_name="robot", joint_names=["j2"], offset=0.5, use_zero_offset=use_zero_offset
+    )
+    _, targets = _apply(env, cfg, [[0.1], [0.3]])
+    torch.testing.assert_close(targets["position"][:, 1], torch.tensor([2.1, 6.3]) + offset)
+
+
 def test_velocity_and_effort_actions_set_their_own_targets(env):
     velocity = mdp.JointVelocityActionCfg(asset_name="robot", joint_names=["j1"])
     effort = mdp.JointEffortActionCfg(asset_name="robot", joint_names=["j1"], scale=3.0)
@@ -142,6 +151,10 @@ def test_the_moving_average_starts_at_the_joint_positions(env):
     torch.testing.assert_close(term.processed_actions, torch.tensor([[1.5], [0.75]]))
     term.process_actions(-torch.ones(2, 1))
     torch.testing.assert_close(term.processed_actions, torch.tensor([[0.875], [0.3125]]))
+    env.scene["robot"].data.joint_pos[0, 0] = 9.0  # far beyond the limits [-1, 3]
+    term.reset(torch.tensor([0]))
+    term.process_actions(torch.ones(2, 1))
+    assert term.processed_actions[0] == 3.0
     bad = mdp.EMAJointPositionToLimitsActionCfg(asset_name="robot", joint_names=["j1"], alpha={"j1": 1.5})
     with pytest.raises(ConfigError, match="alpha"):
         bad.class_type(bad, env)
@@ -176,6 +189,13 @@ def test_an_absolute_action_opens_beyond_its_threshold(env, positive, expected):
     assert targets["position"][:, 2].tolist() == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("positive", [True, False])
+def test_an_absolute_action_at_its_threshold_closes(env, positive):
+    cfg = mdp.AbsBinaryJointPositionActionCfg(**GRIPPER, threshold=0.5, positive_threshold=positive)
+    _, targets = _apply(env, cfg, [[0.5], [0.5]])
+    assert targets["position"][:, 2].tolist() == [0.0, 0.0]
+
+
 def _open_at_each_step(env, term, actions: list[float]) -> list[bool]:
     """Whether the gripper of environment 0 is told to open, step by step; environment 1 stays open."""
     told = []
@@ -199,7 +219,10 @@ def test_a_reset_ends_the_least_time_of_a_closed_gripper(env):
     term = cfg.class_type(cfg, env)
     assert _open_at_each_step(env, term, [-1.0]) == [False]
     term.reset(torch.tensor([0]))
-    assert _open_at_each_step(env, term, [1.0]) == [True]
+    assert _open_at_each_step(env, term, [1.0, -1.0]) == [True, False]
+    term.reset(torch.tensor([0]))
+    # what closes in the first step of an episode has just begun to
+    assert _open_at_each_step(env, term, [-1.0, 1.0, 1.0, 1.0]) == [False, False, False, True]
 
 
 def test_the_least_time_of_a_closed_gripper_can_be_set_while_it_runs(env):
