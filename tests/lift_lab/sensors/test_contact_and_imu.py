@@ -152,9 +152,11 @@ def test_a_falling_box_counts_its_time_in_the_air_and_then_in_contact(world):
     assert not sensor.data.net_forces_w.any()
     landings = 0
     past = []
-    for _ in range(60):
+    for step in range(steps + 1, steps + 61):
         ours.step(1)
-        landings += int(sensor.compute_first_contact(DT)[0, 0])
+        if sensor.compute_first_contact(DT)[0, 0]:
+            landings += 1
+            _close(sensor.data.last_air_time, torch.full((NUM_ENVS, 1), step * DT), atol=1e-5)
         past = [sensor.data.net_forces_w.clone(), *past[:2]]
         torch.testing.assert_close(sensor.data.net_forces_w_history[:, : len(past)], torch.stack(past, dim=1))
     assert landings == 1
@@ -163,6 +165,26 @@ def test_a_falling_box_counts_its_time_in_the_air_and_then_in_contact(world):
     total = sensor.data.last_air_time + sensor.data.current_contact_time
     _close(total, torch.full((NUM_ENVS, 1), (steps + 60 + 1) * DT), atol=1.01 * DT)
     assert not sensor.data.current_air_time.any()
+    in_contact = sensor.data.current_contact_time.clone()
+    ours.scene["lower"].write_root_velocity_to_sim(torch.tensor([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1))
+    ours.step(1)
+    assert sensor.compute_first_air(DT).all()
+    _close(sensor.data.last_contact_time, in_contact + DT, atol=1e-5)
+    assert not sensor.data.current_contact_time.any()
+
+
+def test_less_than_the_threshold_is_no_contact():
+    ours = _World(
+        "native",
+        lower=_box("Lower", 0.5 * SIZE, LOWER),
+        contact=_contact(track_air_time=True, force_threshold=3.0 * LOWER * G),
+    )
+    ours.step(20)
+    data = ours.scene["contact"].data
+    assert data.net_forces_w[..., 2].min() > 0.5 * LOWER * G
+    assert not data.current_contact_time.any()
+    _close(data.current_air_time, torch.full((NUM_ENVS, 1), 20 * DT), atol=1e-5)
+    ours.sim.close()
 
 
 def test_a_reset_clears_the_readings_of_its_environments_only(world):
@@ -194,6 +216,10 @@ def test_an_update_period_thins_out_the_history():
     _close(ours.scene["contact"].data.current_air_time, torch.full((NUM_ENVS, 1), 4 * DT), atol=1e-6)
     ours.step(1)
     _close(ours.scene["contact"].data.current_air_time, torch.full((NUM_ENVS, 1), 8 * DT), atol=1e-6)
+    ours.step(2)
+    ours.scene.reset(torch.tensor([0]))  # whose period begins anew
+    ours.step(2)
+    _close(ours.scene["contact"].data.current_air_time, torch.tensor([[0.0], [12 * DT]]), atol=1e-6)
     ours.sim.close()
 
 
@@ -241,6 +267,7 @@ def test_without_bias_an_imu_gives_the_acceleration_itself(world):
     _close(ours.scene["imu"].data.lin_acc_b, _everywhere(0.0, 0.0, -G), atol=1e-3)
     ours.scene["imu"].reset(torch.tensor([1]))
     _close(ours.scene["imu"].data.lin_acc_b[1], torch.zeros(3), atol=1e-6)
+    _close(ours.scene["imu"].data.lin_acc_b[0], torch.tensor([0.0, 0.0, -G]), atol=1e-3)
 
 
 def test_an_imu_on_a_turning_body_reads_what_acted_at_the_start_of_the_last_step(world):
