@@ -154,7 +154,7 @@ def test_success_is_that_of_the_environments_that_reset(env, make):
     )
     manager = make(export_in_record_pre_reset=False)
     step(env, manager)
-    manager.record_pre_reset(torch.tensor([2, 1]))
+    manager.record_pre_reset(torch.tensor([1, 2]))
     assert [manager.get_episode(env_id).success for env_id in (1, 2)] == [True, False]
 
 
