@@ -235,7 +235,7 @@ def _perturb_delay(env_cfg: Any, delay_s: float, _: str) -> None:
     terms = env_cfg.actions if isinstance(env_cfg.actions, dict) else vars(env_cfg.actions)
     for name, term in terms.items():
         if substeps and hasattr(term, "class_type"):
-            if not getattr(term.class_type, "constant_over_substeps", False):
+            if not term.class_type.constant_over_substeps:
                 raise ConfigError(
                     f"perturbation 'delay': action '{name}' ({term.class_type.__name__}) reads the state at every "
                     f"physics step; only actions that hold during an environment step can be delayed"
@@ -251,8 +251,6 @@ def _delayed(base: Any, substeps: int) -> type:
     """
 
     class Delayed(base):
-        constant_over_substeps = False
-
         def __init__(self, cfg: Any, env: Any):
             super().__init__(cfg, env)
             self._queue = self._at_rest().repeat(substeps + 1, 1, 1)

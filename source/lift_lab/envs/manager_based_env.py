@@ -97,7 +97,7 @@ class ManagerBasedEnv:
         self.event_manager.resolve_terms()
         self.load_managers()
         terms = [self.action_manager.get_term(name) for name in self.action_manager.active_terms]
-        self._actions_are_constant = all(getattr(term, "constant_over_substeps", False) for term in terms)
+        self._actions_are_constant = all(term.constant_over_substeps for term in terms)
         self._apply_startup_events()
 
     def _create_buffers(self) -> None:

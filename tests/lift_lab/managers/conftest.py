@@ -59,6 +59,17 @@ def env_factory():
     return make_env
 
 
+@pytest.fixture
+def tell():
+    """Answer what a manager foretells, as an environment does that asks once a step."""
+
+    def answer(manager, dt: float, ended: torch.Tensor) -> None:
+        for mask, told in manager.foretell(dt, ended):
+            told(mask.nonzero().flatten())
+
+    return answer
+
+
 @pytest.fixture(autouse=True)
 def _seed():
     torch.manual_seed(0)

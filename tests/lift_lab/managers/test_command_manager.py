@@ -98,12 +98,6 @@ def test_a_reset_draws_anew_and_restarts_the_counter_of_its_environments(env):
     assert env.calls == [[0, 1, 2, 3]]
 
 
-def tell(manager, dt, ended):
-    """Answer what the manager foretells, as an environment does that asks once a step."""
-    for mask, told in manager.foretell(dt, ended):
-        told(mask.nonzero().flatten())
-
-
 @pytest.mark.parametrize("is_foretold", [False, True])
 @pytest.mark.parametrize(
     ("interval_s", "drawn"),
@@ -113,7 +107,7 @@ def tell(manager, dt, ended):
         (0.1, [0, 2, 3]),
     ],
 )
-def test_what_is_foretold_is_what_would_be_drawn(env, is_foretold, interval_s, drawn):
+def test_what_is_foretold_is_what_would_be_drawn(env, tell, is_foretold, interval_s, drawn):
     manager = manager_of(env, interval_s, interval_s)
     manager.reset()
     manager.get_term("pose").time_left[:] = torch.tensor([0.1, 0.3, 0.2, 0.1])

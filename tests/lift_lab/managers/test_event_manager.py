@@ -116,12 +116,11 @@ def test_an_interval_begins_at_the_step_that_fires_not_when_it_was_due(env):
         (0.1, [0, 2, 3]),
     ],
 )
-def test_what_is_foretold_is_what_would_be_applied(env, is_foretold, interval_s, applied):
+def test_what_is_foretold_is_what_would_be_applied(env, tell, is_foretold, interval_s, applied):
     manager = interval(env, interval_s, interval_s)
     manager._interval_term_time_left[0][:] = torch.tensor([0.1, 0.3, 0.2, 0.1])
     if is_foretold:
-        for mask, tell in manager.foretell(0.2, ended=torch.tensor([False, False, False, True])):
-            tell(mask.nonzero().flatten())
+        tell(manager, 0.2, ended=torch.tensor([False, False, False, True]))
     manager.reset(torch.tensor([3]))
     manager.apply("interval", dt=0.2)
     assert env.calls == [("note", applied)]

@@ -34,8 +34,6 @@ class BinaryJointAction(ActionTerm):
     cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
     _asset: Articulation
 
-    constant_over_substeps = True
-
     def __init__(
         self,
         cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg,

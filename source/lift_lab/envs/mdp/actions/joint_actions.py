@@ -66,8 +66,6 @@ class JointAction(ActionTerm):
     _joint_ids: list[int] | slice
     """Indices of the joints in the articulation; a slice stands for all of them, never for some (as in Isaac Lab)."""
 
-    constant_over_substeps = True
-
     def __init__(self, cfg: actions_cfg.JointActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
         ids, self._joint_names = self._asset.find_joints(cfg.joint_names, preserve_order=cfg.preserve_order)
@@ -126,8 +124,6 @@ class RelativeJointPositionAction(JointAction):
     """The processed action is added to the joints' current positions, at every physics step."""
 
     cfg: actions_cfg.RelativeJointPositionActionCfg
-
-    constant_over_substeps = False
 
     def __init__(self, cfg: actions_cfg.RelativeJointPositionActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)

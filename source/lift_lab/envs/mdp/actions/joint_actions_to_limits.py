@@ -56,8 +56,7 @@ class JointPositionToLimitsAction(ActionTerm):
     def process_actions(self, actions: torch.Tensor) -> None:
         """Compute the position targets."""
         self._raw_actions[:] = actions
-        self._processed_actions = self._raw_actions * self._scale
-        self._processed_actions = clipped(self._processed_actions, self._clip)
+        self._processed_actions = clipped(self._raw_actions * self._scale, self._clip)
         if self.cfg.rescale_to_limits:
             lower, upper = self._limits()
             unit = self._processed_actions.clamp(-1.0, 1.0)

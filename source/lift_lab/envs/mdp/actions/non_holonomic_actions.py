@@ -31,8 +31,6 @@ class NonHolonomicAction(ActionTerm):
     cfg: actions_cfg.NonHolonomicActionCfg
     _asset: Articulation
 
-    constant_over_substeps = False
-
     def __init__(self, cfg: actions_cfg.NonHolonomicActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
         joints = [
@@ -73,8 +71,7 @@ class NonHolonomicAction(ActionTerm):
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action; ``clip`` names its columns ``forward`` and ``yaw``."""
         self._raw_actions[:] = actions
-        self._processed_actions = self._raw_actions * self._scale + self._offset
-        self._processed_actions = clipped(self._processed_actions, self._clip)
+        self._processed_actions = clipped(self._raw_actions * self._scale + self._offset, self._clip)
 
     def apply_actions(self) -> None:
         """Set the velocity targets for the current heading."""

@@ -33,8 +33,6 @@ class DifferentialInverseKinematicsAction(ActionTerm):
     cfg: actions_cfg.DifferentialInverseKinematicsActionCfg
     _asset: Articulation
 
-    constant_over_substeps = False
-
     def __init__(self, cfg: actions_cfg.DifferentialInverseKinematicsActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
         self._end_effector = EndEffector(
@@ -72,8 +70,7 @@ class DifferentialInverseKinematicsAction(ActionTerm):
         ``clip`` names its columns ``x, y, z`` and ``rx, ry, rz`` (or ``qw, qx, qy, qz``).
         """
         self._raw_actions[:] = actions
-        self._processed_actions = self._raw_actions * self._scale
-        self._processed_actions = clipped(self._processed_actions, self._clip)
+        self._processed_actions = clipped(self._raw_actions * self._scale, self._clip)
         self._ik_controller.set_command(self._processed_actions, *self._end_effector.pose_b())
 
     def apply_actions(self) -> None:
@@ -95,8 +92,6 @@ class OperationalSpaceControllerAction(ActionTerm):
 
     cfg: actions_cfg.OperationalSpaceControllerActionCfg
     _asset: Articulation
-
-    constant_over_substeps = False
 
     def __init__(self, cfg: actions_cfg.OperationalSpaceControllerActionCfg, env: ManagerBasedEnv):
         super().__init__(cfg, env)
