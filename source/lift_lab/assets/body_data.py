@@ -68,7 +68,7 @@ class BodyData(AssetData):
         self._origins_w = env_origins_w
         self._body_origins_w = env_origins_w[:, None]
         self._cache = {}
-        self._body_cols = as_columns(body_ids)
+        self._body_ids, self._body_cols = body_ids, as_columns(body_ids)
         self._root_body = body_ids[0]
         self._qadr = free_qpos_adr
         self._vadr = free_dof_adr
@@ -212,6 +212,15 @@ class BodyData(AssetData):
     def body_link_pose_w(self) -> torch.Tensor:
         """Positions and orientations of the bodies, shape (num_envs, num_bodies, 7)."""
         return torch.cat((self.body_link_pos_w, self.body_link_quat_w), dim=-1)
+
+    def link_pose_of(self, body: int) -> tuple[torch.Tensor, torch.Tensor]:
+        """Position (m) and orientation (w, x, y, z) of one body, shapes (num_envs, 3) and (num_envs, 4).
+
+        What :attr:`body_link_pos_w` and :attr:`body_link_quat_w` say of it, at a fraction of their cost.
+        """
+        index = self._body_ids[body]
+        pos_w = self._physics.current("xpos")[:, index] + self._origins_w
+        return pos_w, self._physics.current("xquat")[:, index].clone()
 
     def _velocity_at(self, points: torch.Tensor) -> torch.Tensor:
         """Velocity of the bodies at points given without origins, linear then angular."""

@@ -125,7 +125,7 @@ class RewardManager(FunctionTermManager):
             ConfigError: there is no such term.
         """
         self.get_term_cfg(term_name)
-        return self._episode_sums[term_name]
+        return self._sums[self._term_names.index(term_name)]
 
     @property
     def _episode_sums(self) -> dict[str, torch.Tensor]:

@@ -560,6 +560,13 @@ def test_bodies_are_where_written_joints_put_them(physics, arm_file):
     expected = scene.env_origins[1] + torch.tensor([0.0, 0.0, 0.1])
     torch.testing.assert_close(arm.data.body_pos_w[1, 2], expected, atol=1e-5, rtol=0)
     torch.testing.assert_close(arm.data.body_pos_w[0], before[0])
+    pos_w, quat_w = arm.data.link_pose_of(2)
+    torch.testing.assert_close(pos_w[1], expected, atol=1e-5, rtol=0)
+    half_angles = torch.tensor([0.05, math.pi / 4])  # 0.3 - 0.2 rad about y, and a quarter turn
+    torch.testing.assert_close(
+        quat_w[:2, ::2], torch.stack((half_angles.cos(), half_angles.sin()), 1), atol=1e-5, rtol=0
+    )
+    assert not quat_w[:2, 1::2].any()
 
 
 def test_the_acceleration_of_a_stiffly_damped_joint_is_that_of_its_velocity(physics, arm_file):

@@ -41,6 +41,7 @@ class _Robot:
             default_root_state=torch.tensor([[0.0, 0.0, 0.6] + [0.0] * 10]).repeat(NUM_ENVS, 1),
             heading_w=yaw,
         )
+        self.data.link_pose_of = lambda body: (self.data.body_pos_w[:, body], self.data.body_quat_w[:, body])
         self.yaw_quat = torch.stack((torch.cos(yaw / 2), zero, zero, torch.sin(yaw / 2)), dim=-1)
 
     def find_bodies(self, name):
@@ -160,6 +161,20 @@ def test_the_error_of_the_last_step_is_logged(env):
         data.body_pos_w[3, 1] = data.root_pos_w[3] = goal + torch.tensor([0.3, 0.0, 0.4])
         command.finish_episodes(torch.tensor([3]))
         assert float(command.reset(torch.tensor([3]))[error]) == pytest.approx(expected, abs=1e-5)
+
+
+def test_the_goal_is_where_a_moving_robot_and_a_written_command_put_it_at_once(env):
+    robot, command = env.scene["robot"], mdp.UniformPoseCommand(_pose_cfg(), env)
+    robot.has_movable_root = True
+    command.reset()
+    robot.data.root_pos_w += torch.tensor([1.0, -2.0, 0.5])
+    expected = robot.data.root_pos_w.double() + torch.tensor(
+        _rotation(robot.data.root_quat_w).apply(command.command[:, :3].double().numpy())
+    )
+    torch.testing.assert_close(command.goal_pos_w.double(), expected, atol=1e-5, rtol=0)
+    robot.has_movable_root = False
+    command.command[:, :3] = 0.0
+    torch.testing.assert_close(command.goal_pos_w, robot.data.root_pos_w)
 
 
 def test_metrics_of_a_subclass_are_its_own(env):

@@ -67,7 +67,8 @@ class UniformPoseCommand(CommandTerm):
 
     @property
     def goal_pos_w(self) -> torch.Tensor:
-        """The commanded position in the world frame in m, shape (num_envs, 3), for viewers."""
+        """The commanded position in the world frame at the present state in m, shape (num_envs, 3)."""
+        self._place_commands()
         return self.pose_command_w[:, :3]
 
     def finish_episodes(self, env_ids: torch.Tensor) -> None:
@@ -87,13 +88,10 @@ class UniformPoseCommand(CommandTerm):
 
     def _measure(self) -> None:
         """Write those metrics that follow from the state, of all environments."""
-        data = self.robot.data
-        if self.robot.has_movable_root or self._written():
-            self._update_world_pose(slice(None))
+        self._place_commands()
         wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
-        distance = torch.linalg.vector_norm(wanted_pos - data.body_pos_w[:, self.body_idx], dim=-1)
-        self.metrics["position_error"] = distance
-        quat = data.body_quat_w[:, self.body_idx]
+        pos, quat = self.robot.data.link_pose_of(self.body_idx)
+        self.metrics["position_error"] = torch.linalg.vector_norm(wanted_pos - pos, dim=-1)
         apart = torch.minimum(
             torch.linalg.vector_norm(wanted_quat - quat, dim=-1),
             torch.linalg.vector_norm(wanted_quat + quat, dim=-1),
@@ -132,6 +130,11 @@ class UniformPoseCommand(CommandTerm):
         data = self.robot.data
         self.goal_pose_visualizer.visualize(self.pose_command_w[:, :3], self.pose_command_w[:, 3:])
         self.current_pose_visualizer.visualize(data.body_pos_w[:, self.body_idx], data.body_quat_w[:, self.body_idx])
+
+    def _place_commands(self) -> None:
+        """Bring :attr:`pose_command_w` up to date where the robot moves or somebody wrote a command."""
+        if self.robot.has_movable_root or self._written():
+            self._update_world_pose(slice(None))
 
     def _update_world_pose(self, env_ids: torch.Tensor | slice) -> None:
         data, command = self.robot.data, self.pose_command_b[env_ids]

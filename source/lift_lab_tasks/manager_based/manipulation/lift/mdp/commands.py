@@ -163,10 +163,10 @@ class ObjectPoseCommand(UniformPoseCommand):
         manager, joint_vel = self._env.action_manager, block(self.robot.data.joint_vel, None, self._joint_ids)
         changes = (manager.action - manager.prev_action, joint_vel - self._joint_vel)
         self._joint_vel = joint_vel
-        squares = torch.stack([change.square().sum(dim=1) for change in changes])
+        squares = torch.stack([change.square_().sum(dim=1) for change in changes])
         self._steps += self._env.episode_length_buf > 0
-        share = self._steps.clamp(min=1.0).reciprocal()
-        self._smoothness.addcmul_(squares * self._per_change - self._smoothness, share)
+        share = self._steps.clamp(min=1.0).reciprocal_()
+        self._smoothness.lerp_(squares.mul_(self._per_change), share)
 
 
 @configclass

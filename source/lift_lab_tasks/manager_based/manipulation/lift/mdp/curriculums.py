@@ -75,11 +75,11 @@ class hold_gripper_while_hovering(ManagerTermBase):
                     continue
                 most = env.reward_manager.get_term_cfg(term).weight * env.max_episode_length_s
                 if most > 0.0:
-                    earned = env.reward_manager.episode_sum(term)[env_ids] / most
-                    mean += (earned.mean() - mean) * min(1.0, len(earned) / env.num_envs)
+                    earned = env.reward_manager.episode_sum(term)[env_ids]
+                    mean.lerp_(earned.mean() / most, min(1.0, len(earned) / env.num_envs))
         self._begun |= self._reached >= reached
         self._found |= self._lifted >= lifted
-        seconds = torch.where(self._begun & ~self._found, close_time_s, 0.0)
+        seconds = (self._begun > self._found) * close_time_s  # of booleans, > is "and not"
         self._gripper.set_min_close_time(seconds)
         return seconds
 

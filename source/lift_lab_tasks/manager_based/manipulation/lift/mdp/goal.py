@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import torch
 
+from lift_lab.envs.mdp import UniformPoseCommand
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.math import quat_apply
 
@@ -23,6 +24,9 @@ def object_goal_distance_m(
     """Distance in m from the object to the command, which is in the robot's root frame. Shape (num_envs,)."""
     robot: RigidObject = env.scene[robot_cfg.name]
     object: RigidObject = env.scene[object_cfg.name]
-    command_b = env.command_manager.get_command(command_name)
-    goal_w = robot.data.root_pos_w + quat_apply(robot.data.root_quat_w, command_b[:, :3])
+    term = env.command_manager.get_term(command_name)
+    if isinstance(term, UniformPoseCommand) and term.robot is robot and term.command is term.pose_command_b:
+        goal_w = term.goal_pos_w
+    else:
+        goal_w = robot.data.root_pos_w + quat_apply(robot.data.root_quat_w, term.command[:, :3])
     return torch.linalg.vector_norm(object.data.root_pos_w - goal_w, dim=1)
