@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -54,18 +54,6 @@ class AssetBase(Entity):
     def is_initialized(self) -> bool:
         """Whether the asset was found in the running engine."""
         return hasattr(self, "_physics")
-
-    @property
-    def root_physx_view(self) -> NoReturn:
-        """PhysX's tensors, which do not exist here.
-
-        Raises:
-            AttributeError: always; names what there is.
-        """
-        raise AttributeError(
-            f"'{self.name}' has no root_physx_view: that is PhysX's; see get_masses, get_jacobians,"
-            " write_body_mass_to_sim, write_body_com_to_sim, write_friction_to_sim and the properties of data"
-        )
 
     def spawn_into(self, spec: mujoco.MjSpec, name: str) -> None:
         """Spawn the asset and attach it to a scene's spec; its names get the prefix ``name/``.

@@ -16,6 +16,7 @@ from lift_lab.utils.string import resolve_matching_names
 
 from .asset_base import AssetBase, EnvIds, as_columns, as_list
 from .body_data import BodyData
+from .physx_view import RigidBodyView
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -45,6 +46,11 @@ class MovableAsset(AssetBase):
     def has_movable_root(self) -> bool:
         """Whether the root can be put elsewhere: it is free, or kinematic."""
         return self._qadr is not None or self._mocap is not None
+
+    @property
+    def root_physx_view(self) -> RigidBodyView:
+        """What task files ask PhysX for, answered by MuJoCo."""
+        return RigidBodyView(self)
 
     def find_bodies(self, name_keys: str | Sequence[str], preserve_order: bool = False) -> tuple[list[int], list[str]]:
         """Indices and names of the bodies that match regular expressions.

@@ -18,6 +18,7 @@ from lift_lab.utils.types import ArticulationActions
 from ..asset_base import EnvIds, as_columns, as_list
 from ..movable import MovableAsset
 from .articulation_data import ArticulationData
+from .articulation_view import ArticulationView
 from .drives import build_drives
 
 if TYPE_CHECKING:
@@ -38,6 +39,11 @@ class Articulation(MovableAsset):
     def data(self) -> ArticulationData:
         """The articulation's state."""
         return self._data
+
+    @property
+    def root_physx_view(self) -> ArticulationView:
+        """What task files ask PhysX for, answered by MuJoCo."""
+        return ArticulationView(self)
 
     @property
     def num_joints(self) -> int:

@@ -11,8 +11,9 @@ import lift_lab.envs.mdp as mdp
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
 from lift_lab.assets import ArticulationCfg
+from lift_lab.assets.articulation.joint_dynamics import JointDynamics
 from lift_lab.controllers import DifferentialIKControllerCfg, OperationalSpaceControllerCfg
-from lift_lab.envs.mdp.actions._end_effector import EndEffector, JointDynamics
+from lift_lab.envs.mdp.actions._end_effector import EndEffector
 from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.sim.physics import make_physics
 from lift_lab.utils import configclass

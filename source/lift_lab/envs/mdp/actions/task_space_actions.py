@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import torch
 
+from lift_lab.assets.articulation.joint_dynamics import JointDynamics
 from lift_lab.controllers import DifferentialIKController, OperationalSpaceController
 from lift_lab.managers import ActionTerm
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
 from .._tensors import columns
-from ._end_effector import EndEffector, JointDynamics
+from ._end_effector import EndEffector
 from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:

@@ -1,0 +1,136 @@
+"""Those parts of PhysX's tensor views that Isaac Lab task files ask for, answered by MuJoCo.
+
+Conventions are PhysX's, which differ from those of ``asset.data``: quaternions are (x, y, z, w); masses, inertias,
+centres of mass and materials are on the CPU, and what sets them takes the rows of all environments and writes those of
+``indices``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.sim.ignored import note_ignored
+from lift_lab.sim.physics.base import ids_tensor
+from lift_lab.utils.attributes import SuggestsAttributes
+from lift_lab.utils.errors import ConfigError
+
+if TYPE_CHECKING:
+    from .movable import MovableAsset
+
+Indices = Sequence[int] | torch.Tensor
+
+
+def xyzw_pose(pose: torch.Tensor) -> torch.Tensor:
+    """Position and orientation with the real part last, shape (..., 7), of one with the real part first."""
+    return pose[..., [0, 1, 2, 4, 5, 6, 3]]
+
+
+class RigidBodyView(SuggestsAttributes):
+    """The view of a rigid object."""
+
+    def __init__(self, asset: MovableAsset):
+        """Answer for an asset of a running scene."""
+        self._asset = asset
+        model = asset._physics.model
+        self._shapes = [g for g in asset._geom_ids if model.geom_contype[g] or model.geom_conaffinity[g]]
+
+    def _described(self) -> str:
+        return f"root_physx_view of '{self._asset.name}' has"
+
+    @property
+    def count(self) -> int:
+        """Number of environments."""
+        return self._asset.num_instances
+
+    @property
+    def max_shapes(self) -> int:
+        """Number of colliders."""
+        return len(self._shapes)
+
+    def get_transforms(self) -> torch.Tensor:
+        """Pose of the root in the world in m, shape (num_envs, 7)."""
+        return xyzw_pose(self._asset._data.root_link_pose_w)
+
+    def get_velocities(self) -> torch.Tensor:
+        """Velocity of the root's centre of mass in the world, linear then angular, shape (num_envs, 6)."""
+        return self._asset._data.root_com_vel_w.clone()
+
+    def get_masses(self) -> torch.Tensor:
+        """Masses in kg, shape (num_envs, num_bodies)."""
+        return self._asset.get_masses().cpu()
+
+    def set_masses(self, masses: torch.Tensor, indices: Indices) -> None:
+        """Set masses in kg, shape (num_envs, num_bodies); inertias stay as they are."""
+        rows = self._rows(masses, (self._asset.num_bodies,), indices)
+        self._asset.write_body_mass_to_sim(rows, env_ids=self._env_ids(indices), recompute_inertia=False)
+
+    def get_inertias(self) -> torch.Tensor:
+        """Inertias about the centres of mass in kg m^2 in the principal axes, shape (num_envs, num_bodies, 9)."""
+        principal = self._asset._model_field("body_inertia")[:, self._asset._ids].float()
+        return torch.diag_embed(principal).flatten(2).cpu()
+
+    def set_inertias(self, inertias: torch.Tensor, indices: Indices) -> None:
+        """Set principal inertias in kg m^2, shape (num_envs, num_bodies, 9).
+
+        Raises:
+            ConfigError: a matrix is not diagonal: principal axes cannot be turned.
+        """
+        rows = self._rows(inertias, (self._asset.num_bodies, 9), indices).unflatten(-1, (3, 3))
+        principal = rows.diagonal(dim1=-2, dim2=-1)
+        if (rows - torch.diag_embed(principal)).any():
+            raise ConfigError(f"{self._owner()}: set_inertias takes diagonal matrices, in the principal axes")
+        field = self._asset._model_field("body_inertia")
+        bodies = torch.tensor(self._asset._ids, device=field.device)
+        field[self._env_ids(indices)[:, None], bodies] = principal.to(field)
+        self._asset._physics.recompute_constants()
+
+    def get_coms(self) -> torch.Tensor:
+        """Centres of mass and principal axes in the link frames in m, shape (num_envs, num_bodies, 7)."""
+        data = self._asset._data
+        return xyzw_pose(torch.cat((data.body_com_pos_b, data.body_com_quat_b), dim=-1)).cpu()
+
+    def set_coms(self, coms: torch.Tensor, indices: Indices) -> None:
+        """Move centres of mass, shape (num_envs, num_bodies, 7); the principal axes stay as they are.
+
+        Raises:
+            ConfigError: the axes are turned, or a body's centre of mass cannot move.
+        """
+        rows = self._rows(coms, (self._asset.num_bodies, 7), indices)
+        if not torch.allclose(rows[..., 3:], self.get_coms()[0, :, 3:].to(rows), atol=1e-5):
+            raise ConfigError(f"{self._owner()}: set_coms moves centres of mass; it cannot turn principal axes")
+        self._asset.write_body_com_to_sim(rows[..., :3], env_ids=self._env_ids(indices))
+
+    def get_material_properties(self) -> torch.Tensor:
+        """Static and dynamic friction, which are one here, and restitution, which is 0, of the colliders.
+
+        Shape (num_envs, max_shapes, 3).
+        """
+        sliding = self._asset._model_field("geom_friction")[:, self._shapes, 0].float().cpu()
+        return torch.stack((sliding, sliding, torch.zeros_like(sliding)), dim=-1)
+
+    def set_material_properties(self, materials: torch.Tensor, indices: Indices) -> None:
+        """Set sliding friction to the static one of shape (num_envs, max_shapes, 3)."""
+        rows = self._rows(materials, (self.max_shapes, 3), indices)
+        if rows[..., 2].any():
+            note_ignored("root_physx_view.set_material_properties: restitution", "MuJoCo has no restitution")
+        field = self._asset._model_field("geom_friction")
+        shapes = torch.tensor(self._shapes, device=field.device)
+        field[self._env_ids(indices)[:, None], shapes, 0] = rows[..., 0].to(field)
+
+    def _owner(self) -> str:
+        return f"'{self._asset.name}'.root_physx_view"
+
+    def _env_ids(self, indices: Indices) -> torch.Tensor:
+        return ids_tensor(indices, self._asset._physics.device)
+
+    def _rows(self, values: torch.Tensor, shape: tuple[int, ...], indices: Indices) -> torch.Tensor:
+        """Rows of ``indices`` of values of all environments, on the device."""
+        wanted = (self.count, *shape)
+        if values.numel() != torch.Size(wanted).numel():
+            raise ConfigError(
+                f"{self._owner()}: expected values of all environments, {wanted}, got {tuple(values.shape)}"
+            )
+        return values.reshape(wanted).to(self._asset._physics.device)[self._env_ids(indices)]
