@@ -364,6 +364,7 @@ def test_a_file_of_other_content_is_no_results_file(tmp_path, content, message):
 
 def test_a_jump_of_a_penalty_is_found_with_the_success_around_it(tmp_path):
     tags = {"Curriculum/action_rate": [-1e-4] * 3 + [-0.1] * 3, SUCCESS: [0.8, 0.9, 1.0, 0.4, 0.7, 0.95]}
+    tags["Curriculum/gripper_hold"] = [0.0, 0.1, 0.1, 0.0, 0.0, 0.0]  # no penalty, and earlier
     _write(tmp_path / "jump", tags)
     _write(tmp_path / "ramp", {"Curriculum/action_rate": [-0.1, -0.2, -0.3, -0.4], SUCCESS: [1.0] * 4})
     groups = group_runs(find_runs([tmp_path / "jump", tmp_path / "ramp"]))

@@ -139,10 +139,10 @@ def jump_table(groups: Sequence[Group], window: int = 50) -> Table:
 
 
 def _jump(run: TrainingRun) -> int | None:
-    """Iteration of the first jump of a weight; None without one."""
+    """Iteration of the first jump of a penalty's weight; None without one."""
     found = []
     for tag, (steps, values) in run.scalars.items():
-        if tag.startswith("Curriculum/") and not tag.endswith("/success_rate") and np.ptp(values) > 0:
+        if tag.startswith("Curriculum/") and values.max() <= 0 and np.ptp(values) > 0:  # penalties weigh below zero
             jumps = np.flatnonzero(np.abs(np.diff(values)) > 0.4 * np.ptp(values))
             found += [int(steps[jumps[0] + 1])] if len(jumps) else []
     return min(found, default=None)
