@@ -1,6 +1,6 @@
 """PPO settings of the Franka lift tasks in task space: less noise at first, a folder for each kind of action.
 
-Their ``gamma`` begins with 0.99: from 0.97, changes of poses learn to swat the cube (docs/learning.md).
+Their ``gamma`` begins with 0.99, to find the grasp, and ends with 0.97, for the last centimetre (docs/learning.md).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class LiftCubeIKRelPPORunnerCfg(LiftCubePPORunnerCfg):
     def __post_init__(self):
         super().__post_init__()
         self.policy.init_noise_std = [0.3, 0.3, 0.3, 0.2, 0.2, 0.2, 1.0]
-        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, 0.97  # to find the grasp, then the last centimetre
+        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, 0.97
 
 
 @configclass
@@ -33,4 +33,4 @@ class LiftCubeIKAbsPPORunnerCfg(LiftCubePPORunnerCfg):
         self.policy.init_noise_std = [0.15, 0.15, 0.15, 0.1, 0.1, 0.1, 0.1, 1.0]
         self.policy.init_action_mean = [0.46, 0.0, 0.39, 0.0, 0.92, 0.0, 0.39, 0.0]
         self.algorithm.mean_reg_coef = 0.0
-        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, None
+        self.algorithm.gamma, self.algorithm.gamma_final = 0.99, 0.97
