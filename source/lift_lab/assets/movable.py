@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -47,7 +48,7 @@ class MovableAsset(AssetBase):
         """Whether the root can be put elsewhere: it is free, or kinematic."""
         return self._qadr is not None or self._mocap is not None
 
-    @property
+    @cached_property
     def root_physx_view(self) -> RigidBodyView:
         """What task files ask PhysX for, answered by MuJoCo."""
         return RigidBodyView(self)

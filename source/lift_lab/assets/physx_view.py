@@ -16,6 +16,7 @@ from lift_lab.sim.ignored import note_ignored
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.attributes import SuggestsAttributes
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.math import convert_quat
 
 if TYPE_CHECKING:
     from .movable import MovableAsset
@@ -25,7 +26,7 @@ Indices = Sequence[int] | torch.Tensor
 
 def xyzw_pose(pose: torch.Tensor) -> torch.Tensor:
     """Position and orientation with the real part last, shape (..., 7), of one with the real part first."""
-    return pose[..., [0, 1, 2, 4, 5, 6, 3]]
+    return torch.cat((pose[..., :3], convert_quat(pose[..., 3:], to="xyzw")), dim=-1)
 
 
 class RigidBodyView(SuggestsAttributes):

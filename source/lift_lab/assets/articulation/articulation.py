@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -40,7 +41,7 @@ class Articulation(MovableAsset):
         """The articulation's state."""
         return self._data
 
-    @property
+    @cached_property
     def root_physx_view(self) -> ArticulationView:
         """What task files ask PhysX for, answered by MuJoCo."""
         return ArticulationView(self)

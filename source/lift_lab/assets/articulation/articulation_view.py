@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import torch
 
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.math import skew_symmetric_matrix
 
 from ..physx_view import RigidBodyView, xyzw_pose
 from .joint_dynamics import JointDynamics
@@ -99,10 +101,7 @@ class ArticulationView(RigidBodyView):
             return of_joints[:, 1:]
         arm_w = asset.data.body_link_pos_w - asset.data.root_link_pos_w.unsqueeze(1)
         of_root = torch.eye(6, device=arm_w.device).repeat(*arm_w.shape[:2], 1, 1)
-        for axis in range(3):  # a root that turns about an axis carries a body's origin along
-            turn = torch.zeros_like(arm_w)
-            turn[..., axis] = 1.0
-            of_root[..., :3, 3 + axis] = torch.linalg.cross(turn, arm_w)
+        of_root[..., :3, 3:] = -skew_symmetric_matrix(arm_w)  # a root that turns carries the bodies' origins along
         return torch.cat((of_root, of_joints), dim=-1)
 
     def get_generalized_mass_matrices(self) -> torch.Tensor:
@@ -111,7 +110,8 @@ class ArticulationView(RigidBodyView):
         Raises:
             ConfigError: the root is free.
         """
-        return self._dynamics("get_generalized_mass_matrices").mass_matrix()
+        self._check_fixed("get_generalized_mass_matrices")
+        return self._dynamics.mass_matrix()
 
     get_mass_matrices = get_generalized_mass_matrices
 
@@ -121,11 +121,15 @@ class ArticulationView(RigidBodyView):
         Raises:
             ConfigError: the root is free.
         """
-        return self._dynamics("get_gravity_compensation_forces").gravity_efforts()
+        self._check_fixed("get_gravity_compensation_forces")
+        return self._dynamics.gravity_efforts()
 
     get_generalized_gravity_forces = get_gravity_compensation_forces
 
-    def _dynamics(self, method: str) -> JointDynamics:
+    def _check_fixed(self, method: str) -> None:
         if not self._asset.is_fixed_base:
             raise ConfigError(f"{self._owner()}.{method} is for articulations with a fixed root")
+
+    @cached_property
+    def _dynamics(self) -> JointDynamics:
         return JointDynamics(self._asset, slice(None))

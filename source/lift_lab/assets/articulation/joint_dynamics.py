@@ -17,23 +17,12 @@ class JointDynamics:
 
     def __init__(self, asset: Articulation, joint_ids: slice | torch.Tensor):
         """Find which joints move which bodies."""
-        physics = asset._physics
-        model = physics.model
-        picked = joint_ids if isinstance(joint_ids, slice) else joint_ids.cpu()
-        dofs = torch.tensor(asset._dof_ids)[picked]
-        moves = torch.zeros(len(asset._ids), len(dofs))
-        for row, body in enumerate(asset._ids):
-            chain = {body}
-            while body:
-                body = int(model.body_parentid[body])
-                chain.add(body)
-            moves[row] = torch.tensor([float(model.dof_bodyid[dof] in chain) for dof in dofs.tolist()])
-        self._physics = physics
+        self._physics = asset._physics
         self._asset = asset
         self._joint_ids = joint_ids
         self._bodies = torch.tensor(asset._ids, device=asset.device)
-        self._dofs = dofs.to(asset.device)
-        self._moves = moves.to(asset.device)
+        self._dofs = torch.tensor(asset._dof_ids, device=asset.device)[joint_ids]
+        self._moves = asset._physics._moving_dofs[self._bodies[:, None], self._dofs]
 
     def mass_matrix(self) -> torch.Tensor:
         """Joint-space inertia, shape (num_envs, num_joints, num_joints)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, overload
 
 import numpy as np
 import torch
@@ -129,6 +129,10 @@ def quat_error_magnitude(q1: torch.Tensor, q2: torch.Tensor) -> torch.Tensor:
 ##
 
 
+@overload
+def convert_quat(quat: torch.Tensor, to: Literal["xyzw", "wxyz"] = "xyzw") -> torch.Tensor: ...
+@overload
+def convert_quat(quat: np.ndarray, to: Literal["xyzw", "wxyz"] = "xyzw") -> np.ndarray: ...
 def convert_quat(quat: torch.Tensor | np.ndarray, to: Literal["xyzw", "wxyz"] = "xyzw") -> torch.Tensor | np.ndarray:
     """Reorder quaternions from the other convention ``to`` this one.
 
