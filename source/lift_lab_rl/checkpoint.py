@@ -46,7 +46,7 @@ _SKIPPED_ATTRIBUTES = frozenset(
 """Attributes that lead back to the environment, to the engine, or to what the model was built from, that say whether
 markers are shown (a run may be filmed or not), or that belong to the last reset's log."""
 
-_CACHES = frozenset({"_cache"})
+_CACHES = frozenset({"_cache", "_kept"})
 """Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""
 
 
@@ -234,8 +234,9 @@ def _saved(leaf: Any) -> Any:
 def _restore(path: str, leaf: Any, assign: _Assign, saved: Any) -> None:
     if isinstance(leaf, torch.Tensor) and isinstance(saved, torch.Tensor):
         same = leaf.shape == saved.shape and leaf.dtype == saved.dtype
-        if same and not leaf.is_inference() and 0 not in leaf.stride():
-            leaf.copy_(saved)
+        if same and 0 not in leaf.stride():
+            with torch.inference_mode(leaf.is_inference()):  # in place, for it may be a part of another tensor
+                leaf.copy_(saved)
         else:
             assign(saved.to(leaf.device))
     elif isinstance(leaf, np.ndarray):

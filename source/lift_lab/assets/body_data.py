@@ -37,6 +37,11 @@ def cached(compute: Callable[[Any], torch.Tensor]) -> property:
     return property(read)
 
 
+def _version(tensor: torch.Tensor) -> int | None:
+    """How often a tensor was written into; None where torch does not count it."""
+    return None if tensor.is_inference() else tensor._version
+
+
 class AssetData(EntityData):
     """State of an asset, kept until the engine moves on."""
 
@@ -83,6 +88,9 @@ class BodyData(AssetData):
         self._iquat_b = torch.tensor(model.body_iquat[body_ids], dtype=torch.float32, device=device)
         self._root_com_is_origin = bool((com_b[0] == 0).all())
         self._tree_root = int(model.body_rootid[body_ids[0]])
+        self._root_stands = free_qpos_adr is None and mocap_id is None and model.body_weldid[body_ids[0]] == 0
+        self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
+        self._origins_version = _version(env_origins_w)
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
         self.default_mass = torch.tensor(model.body_mass[body_ids], dtype=torch.float32, device=device).repeat(
@@ -101,6 +109,26 @@ class BodyData(AssetData):
         self.FORWARD_VEC_B = torch.tensor([1.0, 0.0, 0.0], device=device).repeat(physics.num_envs, 1)
         """The root's forward direction, shape (num_envs, 3)."""
 
+    def invalidate(self) -> None:
+        """Forget cached values, other than the pose of a root that is fixed to the world."""
+        super().invalidate()
+        if self._kept:
+            if self._origins_moved() or any(map(_version, self._kept.values())):  # somebody wrote into them
+                self._kept.clear()
+            self._cache.update(self._kept)
+
+    def _keep_if_standing(self, name: str, compute: Callable[[], torch.Tensor]) -> torch.Tensor:
+        """A part of the root's pose; of a root that is fixed to the world it is computed only once."""
+        if not self._root_stands or self._origins_moved():
+            return compute()
+        with torch.inference_mode(False), torch.no_grad():  # so that writes into it are counted
+            self._kept[name] = compute()
+        return self._kept[name]
+
+    def _origins_moved(self) -> bool:
+        """Whether the environments' origins may have been changed."""
+        return self._origins_version is None or self._origins_version != _version(self._origins_w)
+
     # -- root pose
 
     @cached
@@ -111,7 +139,9 @@ class BodyData(AssetData):
         elif self._mocap is not None:
             pos = self._physics.field("mocap_pos")[:, self._mocap]
         else:
-            pos = self._physics.field("xpos")[:, self._root_body]
+            return self._keep_if_standing(
+                "root_link_pos_w", lambda: self._physics.field("xpos")[:, self._root_body] + self._origins_w
+            )
         return pos + self._origins_w
 
     @cached
@@ -121,7 +151,9 @@ class BodyData(AssetData):
             return self._physics.field("qpos")[:, self._qadr + 3 : self._qadr + 7].clone()
         if self._mocap is not None:
             return self._physics.field("mocap_quat")[:, self._mocap].clone()
-        return self._physics.field("xquat")[:, self._root_body].clone()
+        return self._keep_if_standing(
+            "root_link_quat_w", lambda: self._physics.field("xquat")[:, self._root_body].clone()
+        )
 
     @cached
     def root_link_pose_w(self) -> torch.Tensor:

@@ -128,6 +128,13 @@ class MovableAsset(AssetBase):
         self._write_root_pose(root_state[:, :7], env_ids)
         self._write_root_velocity(root_state[:, 7:], env_ids, at_com=True, quat=root_state[:, 3:7])
 
+    def write_default_root_state_to_sim(self, env_ids: EnvIds = None) -> None:
+        """Put the root of some environments into its default state, or of all."""
+        ids = self._env_ids(env_ids)
+        state = self._data.default_root_state if ids is None else self._data.default_root_state[ids]
+        self._write_root_pose_in_env(state[:, :7], ids)
+        self._write_root_velocity(state[:, 7:], ids, at_com=True, quat=state[:, 3:7])
+
     def write_root_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
         """Set the root's link pose; the velocity of its centre of mass stays as it is in the world.
 
@@ -152,15 +159,17 @@ class MovableAsset(AssetBase):
         """Set the root's link pose; the rates of a free joint stay, which turn with the root."""
         ids = self._env_ids(env_ids)
         origins_w = self._env_origins_w if ids is None else self._env_origins_w[ids]
-        pos_e = root_pose[:, :3] - origins_w
+        self._write_root_pose_in_env(torch.cat((root_pose[:, :3] - origins_w, root_pose[:, 3:7]), dim=-1), ids)
+
+    def _write_root_pose_in_env(self, pose_e: torch.Tensor, ids: torch.Tensor | None) -> None:
+        """As :meth:`_write_root_pose`, of positions in the environments' frames."""
         if self._qadr is not None:
-            pose = torch.cat((pos_e, root_pose[:, 3:7]), dim=-1)
-            self._physics.write("qpos", pose, ids, slice(self._qadr, self._qadr + 7))
+            self._physics.write("qpos", pose_e, ids, slice(self._qadr, self._qadr + 7))
         elif self._mocap is not None:
-            self._physics.write("mocap_pos", pos_e, ids, slice(3 * self._mocap, 3 * self._mocap + 3))
-            self._physics.write("mocap_quat", root_pose[:, 3:7], ids, slice(4 * self._mocap, 4 * self._mocap + 4))
+            self._physics.write("mocap_pos", pose_e[:, :3], ids, slice(3 * self._mocap, 3 * self._mocap + 3))
+            self._physics.write("mocap_quat", pose_e[:, 3:], ids, slice(4 * self._mocap, 4 * self._mocap + 4))
         else:
-            self._check_fixed(pos_e, root_pose[:, 3:7])
+            self._check_fixed(pose_e[:, :3], pose_e[:, 3:])
         self._data.invalidate()
 
     write_root_link_pose_to_sim = write_root_pose_to_sim
@@ -217,14 +226,14 @@ class MovableAsset(AssetBase):
         if quat is None:
             qpos = self._physics.field("qpos")
             quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
-        lin, ang = vel_w.split_with_sizes((3, 3), dim=-1)
-        if at_com and not self._data._root_com_is_origin:
-            com_b = self._data._com_b[:, 0]
-            arm_w = math_utils.quat_apply(quat, com_b if ids is None else com_b[ids])
-            lin = lin - torch.linalg.cross(ang, arm_w)
+        qvel, ang = vel_w, vel_w[:, 3:]
         if self._physics.device.type != "cpu" or bool(ang.any()):  # on a GPU the question would cost more than it saves
-            ang = math_utils.quat_apply_inverse(quat, ang)
-        qvel = torch.cat((lin, ang), dim=-1)
+            lin = vel_w[:, :3]
+            if at_com and not self._data._root_com_is_origin:
+                com_b = self._data._com_b[:, 0]
+                arm_w = math_utils.quat_apply(quat, com_b if ids is None else com_b[ids])
+                lin = lin - torch.linalg.cross(ang, arm_w)
+            qvel = torch.cat((lin, math_utils.quat_apply_inverse(quat, ang)), dim=-1)
         self._physics.write("qvel", qvel, ids, slice(self._vadr, self._vadr + 6))
         self._data.invalidate()
 

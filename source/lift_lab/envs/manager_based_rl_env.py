@@ -225,8 +225,13 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self._failures[kind] = failed if before is None else before | failed
 
     @property
+    def physics_failed(self) -> torch.Tensor | None:
+        """In which environments the physics failed in the present step, shape (num_envs,); None where it surely did in
+        none."""
+        return self._failed if self._failures else None
+
+    @property
     def _failed(self) -> torch.Tensor:
-        """In which environments the physics failed in the present step, where :attr:`_failures` says anything."""
         return self._failures["nonfinite"] | self._failures["overflow"]
 
     def _end_failed_episodes(self) -> None:

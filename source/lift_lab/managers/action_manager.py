@@ -99,8 +99,8 @@ class ActionManager(ObjectTermManager):
         self._total_action_dim = sum(self._action_term_dim)
         starts = [sum(self._action_term_dim[:i]) for i in range(len(self._action_term_dim))]
         self._slices = [slice(i, i + n) for i, n in zip(starts, self._action_term_dim, strict=True)]
-        self._action = torch.zeros(self.num_envs, self._total_action_dim, device=self.device)
-        self._prev_action = torch.zeros_like(self._action)
+        self._both_actions = torch.zeros(2, self.num_envs, self._total_action_dim, device=self.device)
+        self._action, self._prev_action = self._both_actions.unbind()
 
     def __str__(self) -> str:
         rows = [(i, *row) for i, row in enumerate(zip(self._terms, self._action_term_dim, strict=True))]
@@ -157,8 +157,7 @@ class ActionManager(ObjectTermManager):
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Zero both actions of some environments and reset the terms; logs nothing."""
         ids = slice(None) if env_ids is None else env_ids
-        fill_rows(self._action, ids, 0.0)
-        fill_rows(self._prev_action, ids, 0.0)
+        fill_rows(self._both_actions, ids, 0.0, dim=1)
         for term in self._terms.values():
             term.reset(env_ids=ids)
         return {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -43,6 +44,8 @@ class CommandTerm(DebugVisTerm, ABC):
         self.metrics, self.log_counts = {}, {}
         self.time_left = torch.zeros(self.num_envs, device=self.device)
         self.command_counter = torch.zeros(self.num_envs, device=self.device, dtype=torch.long)
+        self._rows: torch.Tensor | None = None  # what _in_rows() made
+        self._row_of_metric: dict[str, torch.Tensor] = {}
         self._due_ids: torch.Tensor | None = None
         self._counted_ids: torch.Tensor | None = None
 
@@ -65,7 +68,9 @@ class CommandTerm(DebugVisTerm, ABC):
         self.log_counts = {}
         extras = self._episode_means(counted) if self.metrics and len(counted) > 0 else {}
         self.log_counts = dict.fromkeys(extras, len(counted)) | self.log_counts
-        for value in self.metrics.values():
+        if self._rows is not None:
+            self._rows.index_fill_(1, ids, 0.0)
+        for value in self._loose_metrics():
             value.index_fill_(0, ids, 0.0)
         self.command_counter.index_fill_(0, ids, 0)
         self._resample(ids)
@@ -103,8 +108,30 @@ class CommandTerm(DebugVisTerm, ABC):
 
         Of a mean over fewer of them :attr:`log_counts` is told.
         """
-        means = torch.stack(list(self.metrics.values())).index_select(1, env_ids).mean(dim=1)
-        return dict(zip(self.metrics, means.unbind(), strict=True))
+        rows = torch.stack(list(self.metrics.values())) if self._loose_metrics() else self._rows
+        means = rows.index_select(1, env_ids).mean(dim=1)  # type: ignore[union-attr]
+        return dict(zip(self.metrics, means.unbind(), strict=False))
+
+    def _in_rows(self, metrics: Sequence[str], more: int = 0) -> torch.Tensor:
+        """Make all metrics zeroed rows of one tensor, so that a reset zeroes them and takes their means at once.
+
+        They have to be written in place then. One that is replaced, or added later, costs operations of its own.
+
+        Args:
+            metrics: names of all metrics.
+            more: how many rows that are no metrics follow.
+
+        Returns:
+            The rows, shape (len(metrics) + more, num_envs).
+        """
+        self._rows = torch.zeros(len(metrics) + more, self.num_envs, device=self.device)
+        self._row_of_metric = dict(zip(metrics, self._rows, strict=False))
+        self.metrics.update(self._row_of_metric)
+        return self._rows
+
+    def _loose_metrics(self) -> list[torch.Tensor]:
+        """Metrics that are no rows of :attr:`_rows`."""
+        return [value for name, value in self.metrics.items() if self._row_of_metric.get(name) is not value]
 
     def compute(self, dt: float) -> None:
         """Update metrics, then timers, then draw the commands that are due, then update the commands.

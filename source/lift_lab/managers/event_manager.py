@@ -221,7 +221,7 @@ class EventManager(ManagerBase):
                 if len(chosen) == 0:
                     continue
                 fired_once[chosen] = True
-            fill_rows(last_step, chosen, step)
+                fill_rows(last_step, chosen, step)
             self._call(cfg, chosen)
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:

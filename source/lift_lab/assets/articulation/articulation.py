@@ -344,18 +344,24 @@ class Articulation(MovableAsset):
         self, position: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set joint positions (rad or m), shape (n, num joints chosen)."""
-        self._physics.write("qpos", position, self._env_ids(env_ids), self._columns(self._qpos_ids, joint_ids))
+        cols = self._columns(self._qpos_ids, self.data._qpos_cols, joint_ids)
+        self._physics.write("qpos", position, self._env_ids(env_ids), cols)
         self._data.invalidate()
 
     def write_joint_velocity_to_sim(
         self, velocity: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set joint velocities (rad/s or m/s), shape (n, num joints chosen)."""
-        self._physics.write("qvel", velocity, self._env_ids(env_ids), self._columns(self._dof_ids, joint_ids))
+        cols = self._columns(self._dof_ids, self.data._dof_cols, joint_ids)
+        self._physics.write("qvel", velocity, self._env_ids(env_ids), cols)
         self._data.invalidate()
 
-    def _columns(self, all_ids: list[int], joint_ids: JointIds) -> slice | torch.Tensor:
-        cols = as_columns([all_ids[i] for i in as_list(joint_ids, self.num_joints)])
+    def _columns(self, all_ids: list[int], all_cols: slice | list[int], joint_ids: JointIds) -> slice | torch.Tensor:
+        """Where the engine keeps something of some joints, given where it keeps it of all."""
+        if joint_ids is None or (isinstance(joint_ids, slice) and joint_ids == slice(None)):
+            cols = all_cols
+        else:
+            cols = as_columns([all_ids[i] for i in as_list(joint_ids, self.num_joints)])
         return cols if isinstance(cols, slice) else torch.tensor(cols, device=self._physics.device)
 
     # -- joint properties

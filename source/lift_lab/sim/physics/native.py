@@ -179,7 +179,7 @@ class NativePhysics(Physics):
             values = torch.as_tensor(values, dtype=torch.float64)
         if values.shape != shape:
             values = broadcast_rows(name, values, *shape)
-        source = values.numpy(force=True)
+        source = values.numpy(force=values.requires_grad or not values.is_cpu)
         target[rows, columns] = source
         mirror = self._mirrors.get(name)
         if mirror is not None:

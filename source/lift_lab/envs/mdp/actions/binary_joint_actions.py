@@ -47,16 +47,20 @@ class BinaryJointAction(ActionTerm):
         self._open_command = self._command("open_command_expr", cfg.open_command_expr)
         self._close_command = self._command("close_command_expr", cfg.close_command_expr)
         self._clip = clip_limits(cfg.clip, self._joint_names, self.num_envs, self.device)
-        self._was_closed = torch.zeros(self.num_envs, 1, dtype=torch.bool, device=self.device)
-        self._steps_closing = torch.full((self.num_envs, 1), _LONG_AGO, device=self.device)
-        self._min_close_steps = torch.zeros((), device=self.device)
+        self._min_close_steps: torch.Tensor | None = None  # None: nothing is held
         self.set_min_close_time(cfg.min_close_time_s)
 
     def set_min_close_time(self, seconds: float | torch.Tensor) -> None:
         """Keep the gripper closed for at least ``seconds`` (0: as the actions say) after each time it closes."""
         if not isinstance(seconds, torch.Tensor) and not 0.0 <= seconds < float("inf"):
             raise ConfigError(f"{type(self).__name__}: min_close_time_s is {seconds}; it must be at least 0")
-        self._min_close_steps.copy_(torch.round(torch.as_tensor(seconds, device=self.device) / self._env.step_dt))
+        if isinstance(seconds, float | int) and seconds == 0:
+            self._min_close_steps = None
+            return
+        if self._min_close_steps is None:
+            self._was_closed = torch.zeros(self.num_envs, 1, dtype=torch.bool, device=self.device)
+            self._steps_closing = torch.full((self.num_envs, 1), _LONG_AGO, device=self.device)
+        self._min_close_steps = torch.round(torch.as_tensor(seconds, device=self.device) / self._env.step_dt)
 
     def _command(self, field: str, expressions: dict[str, float]) -> torch.Tensor:
         """Targets of all joints, shape (num_joints,)."""
@@ -86,10 +90,12 @@ class BinaryJointAction(ActionTerm):
     def process_actions(self, actions: torch.Tensor) -> None:
         """Choose the open or closed targets."""
         self._raw_actions.copy_(actions)
-        is_closed = self._is_closed(actions) | (self._steps_closing < self._min_close_steps)
-        self._steps_closing += 1
-        self._steps_closing.masked_fill_(is_closed > self._was_closed, 1)  # of booleans, > is "and not"
-        self._was_closed = is_closed
+        is_closed = self._is_closed(actions)
+        if self._min_close_steps is not None:
+            is_closed = is_closed | (self._steps_closing < self._min_close_steps)
+            self._steps_closing += 1
+            self._steps_closing.masked_fill_(is_closed > self._was_closed, 1)  # of booleans, > is "and not"
+            self._was_closed = is_closed
         self._processed_actions = torch.where(is_closed, self._close_command, self._open_command)
         self._processed_actions = clipped(self._processed_actions, self._clip)
 
@@ -99,8 +105,9 @@ class BinaryJointAction(ActionTerm):
     def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
         """Forget the raw action of some environments, and when they closed."""
         fill_rows(self._raw_actions, env_ids, 0.0)
-        fill_rows(self._was_closed, env_ids, False)
-        fill_rows(self._steps_closing, env_ids, _LONG_AGO)
+        if self._min_close_steps is not None:
+            fill_rows(self._was_closed, env_ids, False)
+            fill_rows(self._steps_closing, env_ids, _LONG_AGO)
 
 
 class BinaryJointPositionAction(BinaryJointAction):

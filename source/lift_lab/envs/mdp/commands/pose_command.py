@@ -57,8 +57,7 @@ class UniformPoseCommand(CommandTerm):
         self._placed: tuple[torch.Tensor, int] | None = None
         self._is_measured = False
         self._no_rotation = math_utils.default_orientation(1, self.device)
-        self.metrics["position_error"] = torch.zeros(self.num_envs, device=self.device)
-        self.metrics["orientation_error"] = torch.zeros(self.num_envs, device=self.device)
+        self._in_rows(("position_error", "orientation_error"))
 
     @property
     def command(self) -> torch.Tensor:
@@ -91,26 +90,31 @@ class UniformPoseCommand(CommandTerm):
         self._place_commands()
         wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
         pos, quat = self.robot.data.link_pose_of(self.body_idx)
-        self.metrics["position_error"] = torch.linalg.vector_norm(wanted_pos - pos, dim=-1)
+        metrics = self.metrics
+        torch.linalg.vector_norm(wanted_pos - pos, dim=-1, out=metrics["position_error"])
         apart = torch.minimum(
             torch.linalg.vector_norm(wanted_quat - quat, dim=-1),
             torch.linalg.vector_norm(wanted_quat + quat, dim=-1),
         )
         # unit quaternions an angle t apart are a chord of 2 sin(t / 4) apart
-        self.metrics["orientation_error"] = apart.mul_(0.5).clamp_(max=1.0).asin_().mul_(4.0)
+        torch.mul(apart.mul_(0.5).clamp_(max=1.0).asin_(), 4.0, out=metrics["orientation_error"])
 
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         r = self.cfg.ranges
         drawn = sample_ranges((r.pos_x, r.pos_y, r.pos_z, r.roll, r.pitch, r.yaw), len(env_ids), self.device)
-        if is_zero((r.roll, r.pitch, r.yaw)):
+        turned = not is_zero((r.roll, r.pitch, r.yaw))
+        if not turned:
             quat = self._no_rotation.expand(len(env_ids), -1)
         else:
             quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:
             quat = math_utils.quat_unique(quat)
-        rows = slice(None) if self._written() else env_ids
+        all_are_due = self._written()
         self.pose_command_b[env_ids] = torch.cat((self._choose_positions(env_ids, drawn[:, :3]), quat), dim=-1)
-        self._update_world_pose(rows)
+        if all_are_due:
+            self._update_world_pose(slice(None))
+        else:
+            self._update_world_pose(env_ids, turned)
 
     def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
         """What to command some environments, in m in the root frame, where these were drawn: both of shape (n, 3)."""
@@ -136,11 +140,12 @@ class UniformPoseCommand(CommandTerm):
         if self.robot.has_movable_root or self._written():
             self._update_world_pose(slice(None))
 
-    def _update_world_pose(self, env_ids: torch.Tensor | slice) -> None:
-        data, command = self.robot.data, self.pose_command_b[env_ids]
-        pose = math_utils.combine_frame_transforms(
-            data.root_pos_w[env_ids], data.root_quat_w[env_ids], command[:, :3], command[:, 3:]
-        )
+    def _update_world_pose(self, env_ids: torch.Tensor | slice, turned: bool = True) -> None:
+        """Put commands into the world; ``turned`` says whether any of them may be a rotation, too."""
+        command = self.pose_command_b[env_ids]
+        pos_w, quat_w = self.robot.data.root_pos_w[env_ids], self.robot.data.root_quat_w[env_ids]
+        quat_b = command[:, 3:] if turned else None
+        pose = math_utils.combine_frame_transforms(pos_w, quat_w, command[:, :3], quat_b)
         self.pose_command_w[env_ids] = torch.cat(pose, dim=-1)
         if not self.pose_command_b.is_inference():
             self._placed = self.pose_command_b, self.pose_command_b._version

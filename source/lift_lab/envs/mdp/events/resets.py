@@ -25,26 +25,19 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
         env_ids: environments to reset.
         reset_joint_targets: whether joint targets are set to the default joint state, too.
     """
-    origins = block(env.scene.env_origins, env_ids)
     for rigid_object in env.scene.rigid_objects.values():
-        _write_default_root_state(rigid_object, origins, env_ids)
+        rigid_object.write_default_root_state_to_sim(env_ids)
     for deformable in env.scene.deformable_objects.values():
         deformable.write_nodal_state_to_sim(block(deformable.data.default_nodal_state_w, env_ids), env_ids=env_ids)
     for articulation in env.scene.articulations.values():
         if articulation.has_movable_root:
-            _write_default_root_state(articulation, origins, env_ids)
+            articulation.write_default_root_state_to_sim(env_ids)
         position = block(articulation.data.default_joint_pos, env_ids)
         velocity = block(articulation.data.default_joint_vel, env_ids)
         articulation.write_joint_state_to_sim(position, velocity, env_ids=env_ids)
         if reset_joint_targets:
             articulation.set_joint_position_target(position, env_ids=env_ids)
             articulation.set_joint_velocity_target(velocity, env_ids=env_ids)
-
-
-def _write_default_root_state(asset: RigidObject | Articulation, origins: torch.Tensor, env_ids: EnvIds) -> None:
-    state = block(asset.data.default_root_state, env_ids)
-    state[:, :3].add_(origins)
-    asset.write_root_state_to_sim(state, env_ids=env_ids)
 
 
 def reset_root_state_uniform(

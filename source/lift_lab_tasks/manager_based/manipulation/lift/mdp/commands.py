@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
-from lift_lab.envs.mdp._tensors import block, compact_index, range_limits, sample_ranges
-from lift_lab.managers import SceneEntityCfg
+from lift_lab.envs.mdp._tensors import block, columns, compact_index, range_limits, sample_ranges
 from lift_lab.utils import configclass
 from lift_lab.utils.rows import fill_rows
 
 if TYPE_CHECKING:
+    from lift_lab.assets import DeformableObject, RigidObject
     from lift_lab.envs import ManagerBasedRLEnv
     from lift_lab.managers.manager_base import Foretold
-
-
-_NEVER = 2**31
 
 
 class ObjectPoseCommand(UniformPoseCommand):
@@ -39,24 +36,16 @@ class ObjectPoseCommand(UniformPoseCommand):
 
     def __init__(self, cfg: ObjectPoseCommandCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)
-        self._robot_cfg = SceneEntityCfg(cfg.asset_name)
-        self._object_cfg = SceneEntityCfg(cfg.object_name)
         joint_ids, _ = self.robot.find_joints(cfg.smoothness_joint_names)
         self._joint_ids = compact_index(joint_ids, self.robot.num_joints, self.device)
-        zeros = torch.zeros(self.num_envs, device=self.device)
-        for name in ("success", "object_position_error", "first_pick_drop"):
-            self.metrics[name] = zeros.clone()
-        self._success_step = torch.full((self.num_envs,), _NEVER, device=self.device)
-        self._held = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
-        self._steps = zeros.clone()
+        self._num_joints = len(joint_ids)
+        own = ("success", "object_position_error", "first_pick_drop")
+        smoothness = ("squared_action_change", "squared_joint_acceleration")
+        rows = self._in_rows((*self.metrics, *own, *smoothness), more=2)
+        self._smoothness, self._steps, self._held = rows[-4:-2], rows[-2], rows[-1]
+        self._success_step = torch.zeros(self.num_envs, dtype=torch.long, device=self.device)
+        self._cache: tuple[torch.Tensor, int | None, torch.Tensor] | None = None
         self._is_smoothness_current = False
-        self._joint_vel = torch.zeros(self.num_envs, len(joint_ids), device=self.device)
-        self._smoothness = torch.zeros(2, self.num_envs, device=self.device)
-        names = ("squared_action_change", "squared_joint_acceleration")
-        self.metrics.update(zip(names, self._smoothness, strict=True))
-        # from sums of squared changes of actions and of joint velocities to what is measured
-        acceleration_per_change = 1.0 / (len(joint_ids) * env.step_dt**2)
-        self._per_change = torch.tensor([[1.0], [acceleration_per_change]], device=self.device)
         self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
         self._practice_share, self._practice_spread_m = 0.0, 0.0
         self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
@@ -76,6 +65,11 @@ class ObjectPoseCommand(UniformPoseCommand):
         """
         self._missed_goals = (goals_b, missed)
         self._practice_share, self._practice_spread_m = share, spread_m
+
+    @property
+    def object(self) -> RigidObject | DeformableObject:
+        """The object that is to reach the pose."""
+        return self._env.scene[self.cfg.object_name]
 
     def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
         if self._missed_goals is None or self._practice_share == 0.0:
@@ -98,21 +92,27 @@ class ObjectPoseCommand(UniformPoseCommand):
     def reset(self, env_ids: Any = None) -> dict[str, torch.Tensor]:
         """Start an episode; returns the mean of each metric over the episodes that end."""
         extras = super().reset(env_ids)
-        self._succeeded_ids = None
-        fill_rows(self._success_step, env_ids, _NEVER)
-        fill_rows(self._steps, env_ids, 0.0)
-        fill_rows(self._held, env_ids, False)
+        self._succeeded_ids = self._cache = None
+        if not hasattr(self, "_moves"):
+            self._make_moves()
+        fill_rows(self._moves, env_ids, 0.0)
         ids = slice(None) if env_ids is None else env_ids
-        self._joint_vel[ids] = block(self.robot.data.joint_vel, ids, self._joint_ids)
+        self._moves[ids, -self._num_joints :] = block(self.robot.data.joint_vel, ids, self._joint_ids)
         return extras
 
+    def _make_moves(self) -> None:
+        """Room for action and joint velocities of the last step, once the action manager is there."""
+        num_joints, num_actions = self._num_joints, self._env.action_manager.total_action_dim
+        self._moves = torch.zeros(self.num_envs, num_actions + num_joints, device=self.device)
+        # from their squared changes to what is measured
+        self._per_change = torch.zeros(2, num_actions + num_joints, device=self.device)
+        self._per_change[0, :num_actions] = 1.0
+        self._per_change[1, num_actions:] = 1.0 / (num_joints * self._env.step_dt**2)
+
     def finish_episodes(self, env_ids: torch.Tensor) -> None:
-        """Count the last step of the episodes that end; where its action was no number, its smoothness is left out."""
+        """Count the last step of the episodes that end; where the physics failed, its smoothness is left out."""
         self._measure_once()
-        before = self._smoothness[:, env_ids]
         self._update_smoothness()
-        after = self._smoothness[:, env_ids]
-        self._smoothness[:, env_ids] = torch.where(after.isfinite(), after, before)
         self._is_smoothness_current = True
 
     def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
@@ -143,30 +143,44 @@ class ObjectPoseCommand(UniformPoseCommand):
             self._update_smoothness()
         self._is_smoothness_current = False
 
+    @property
+    def object_distance(self) -> torch.Tensor:
+        """Distance in m from the object to the commanded position at the present state, shape (num_envs,)."""
+        self._place_commands()
+        pos_w = self.object.data.root_pos_w
+        version = None if self.pose_command_w.is_inference() else self.pose_command_w._version
+        if self._cache is not None and version is not None:
+            of_pos_w, at_version, distance = self._cache
+            if of_pos_w is pos_w and at_version == version:
+                return distance
+        distance = torch.linalg.vector_norm(pos_w - self.pose_command_w[:, :3], dim=1)
+        self._cache = (pos_w, version, distance)
+        return distance
+
     def _measure(self) -> None:
         super()._measure()
-        metrics = self.metrics
-        pos_w = self._env.scene[self.cfg.object_name].data.root_pos_w
-        distance = torch.linalg.vector_norm(pos_w - self.goal_pos_w, dim=1)
-        metrics["object_position_error"] = distance
-        reached = distance < self.cfg.success_distance
-        metrics["success"].masked_fill_(reached, 1.0)
-        earliest = torch.minimum(self._success_step, self._env.episode_length_buf)
-        self._success_step = torch.where(reached, earliest, self._success_step)
+        metrics, distance, pos_w = self.metrics, self.object_distance, self.object.data.root_pos_w
+        metrics["object_position_error"].copy_(distance)
+        self._success_step = torch.where(metrics["success"] > 0, self._success_step, self._env.episode_length_buf)
+        metrics["success"].masked_fill_(distance < self.cfg.success_distance, 1.0)
         low_m, high_m = self.cfg.pick_heights_m
         height_m = pos_w[:, 2]
-        metrics["first_pick_drop"].masked_fill_(self._held & (height_m < low_m), 1.0)
-        self._held |= height_m > high_m
+        dropped, held = metrics["first_pick_drop"], self._held
+        torch.maximum(dropped, held * (height_m < low_m), out=dropped)
+        held.masked_fill_(height_m > high_m, 1.0)
 
     def _update_smoothness(self) -> None:
-        """Running means over the steps of the episode."""
-        manager, joint_vel = self._env.action_manager, block(self.robot.data.joint_vel, None, self._joint_ids)
-        changes = (manager.action - manager.prev_action, joint_vel - self._joint_vel)
-        self._joint_vel = joint_vel
-        squares = torch.stack([change.square_().sum(dim=1) for change in changes])
-        self._steps += self._env.episode_length_buf > 0
-        share = self._steps.clamp(min=1.0).reciprocal_()
-        self._smoothness.lerp_(squares.mul_(self._per_change), share)
+        """Running means over the steps of the episode, without steps in which the physics failed."""
+        joint_vel = columns(self.robot.data.joint_vel, self._joint_ids)
+        moves = torch.cat((self._env.action_manager.action, joint_vel), dim=1)
+        squares = torch.mm(self._per_change, (moves - self._moves).square_().t())
+        self._moves.copy_(moves)
+        share = self._steps.add_(1.0).reciprocal()
+        failed = self._env.physics_failed
+        if failed is None:
+            self._smoothness.lerp_(squares, share)
+        else:
+            self._smoothness.copy_(torch.where(failed, self._smoothness, self._smoothness.lerp(squares, share)))
 
 
 @configclass
