@@ -142,3 +142,25 @@ def test_a_first_pick_is_dropped_when_the_object_was_held_up_and_lies_again(env)
     _put(env, 0.02, 1)
     env.step(torch.zeros(3, 8))
     assert term.metrics["first_pick_drop"].tolist() == [1.0, 0.0, 0.0]
+
+
+def test_the_distance_to_the_goal_follows_the_object_and_the_goal(env):
+    env.reset()
+    term, of_reward = env.command_manager.get_term("object_pose"), env.reward_manager.get_term_cfg
+    params = of_reward("object_goal_tracking").params
+    for change in ("nothing", "the object", "the goal", "a step", "a reset"):
+        if change == "the object":
+            _put(env, 0.3, 0)
+        elif change == "the goal":
+            term.command[:, :3] += torch.tensor([0.1, -0.2, 0.05])
+        elif change == "a step":
+            env.step(torch.zeros(3, 8))
+        elif change == "a reset":
+            env.reset()
+        offset = env.scene["object"].data.root_pos_w - env.scene["robot"].data.root_pos_w - term.command[:, :3]
+        expected = offset.norm(dim=1)  # the robot's root is not turned
+        torch.testing.assert_close(term.object_distance, expected, atol=1e-6, rtol=0)
+        lifted = env.scene["object"].data.root_pos_w[:, 2] > params["minimal_height"]
+        reward = of_reward("object_goal_tracking").func(env, **params)
+        torch.testing.assert_close(reward, lifted * (1.0 - torch.tanh(expected / params["std"])), atol=1e-5, rtol=0)
+        assert term.object_distance is term.object_distance  # once a state

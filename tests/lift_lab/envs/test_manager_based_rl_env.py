@@ -221,7 +221,7 @@ def test_an_environment_whose_physics_fails_is_reset_without_reward(make_env, ph
     action = torch.full((3, 2), 0.4)
     obs, reward, terminated, truncated, extras = env.step(action)
     expected, *_ = healthy.step(action)
-    assert terminated.tolist() == [False, True, False]
+    assert terminated.tolist() == env.physics_failed.tolist() == [False, True, False]
     assert not truncated.any()
     torch.testing.assert_close(reward, torch.tensor([0.02, 0.0, 0.02]))
     assert extras["log"]["Metrics/physics/nonfinite"] == 1.0

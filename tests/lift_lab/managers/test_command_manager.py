@@ -141,3 +141,36 @@ def test_viewers_and_tables_show_every_term(env):
     manager.reset()
     assert manager.get_active_iterable_terms(0) == [("pose", [1.0])]
     assert "Numbered" in str(manager)
+
+
+class _InRows(Numbered):
+    """Two metrics and a counter in one tensor; then one metric is replaced and one added, as a subclass may."""
+
+    def __init__(self, cfg, env):
+        super().__init__(cfg, env)
+        self.rows = self._in_rows(("age", "error"), more=1)
+
+    def _update_metrics(self):
+        self.rows += 1.0
+
+    def replace_one_and_add_one(self):
+        self.metrics["error"] = torch.full((4,), 5.0)
+        self.metrics["own"] = torch.full((4,), 7.0)
+
+
+@pytest.mark.parametrize("loose", [False, True])
+def test_metrics_in_rows_of_one_tensor_are_averaged_and_zeroed_as_any_other(env, loose):
+    cfg = CommandTermCfg(class_type=_InRows, resampling_time_range=(9.0, 9.0))
+    manager = CommandManager({"pose": cfg}, env)
+    term = manager.get_term("pose")
+    manager.compute(dt=0.1)
+    term.metrics["age"][2] = 4.0
+    expected = {"age": 2.5, "error": 1.0}
+    if loose:
+        term.replace_one_and_add_one()
+        expected |= {"error": 5.0, "own": 7.0}
+    log = manager.reset(torch.tensor([0, 2]))
+    assert {name.rpartition("/")[2]: float(value) for name, value in log.items()} == expected
+    for value in (*term.metrics.values(), term.rows[2]):
+        assert value[[0, 2]].tolist() == [0.0, 0.0]
+        assert (value[[1, 3]] > 0.0).all()

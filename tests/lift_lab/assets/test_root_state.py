@@ -1,0 +1,94 @@
+"""Roots: their default state, and the pose of one that is fixed to the world, which is kept."""
+
+import pytest
+import torch
+
+import lift_lab.sim as sim_utils
+from lift_lab.assets import ArticulationCfg, RigidObjectCfg
+from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
+from lift_lab.utils import configclass
+from lift_lab_assets import FRANKA_PANDA_CFG
+
+NUM_ENVS = 3
+
+
+@configclass
+class _SceneCfg(InteractiveSceneCfg):
+    robot: ArticulationCfg | None = None
+    box: RigidObjectCfg | None = None
+
+
+@pytest.fixture(params=["native", pytest.param("warp", marks=pytest.mark.slow)])
+def start(request):
+    robot = FRANKA_PANDA_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
+    robot.init_state.pos, robot.init_state.rot = (0.2, 0.0, 0.5), (0.6, 0.0, 0.8, 0.0)
+
+    def make(**box):
+        rigid = sim_utils.RigidBodyPropertiesCfg(**box)
+        cfg = RigidObjectCfg(
+            prim_path="{ENV_REGEX_NS}/Box",
+            init_state=RigidObjectCfg.InitialStateCfg(
+                pos=(1.0, 0.0, 2.0), rot=(0.6, 0.8, 0.0, 0.0), lin_vel=(0.5, 0.0, 0.0), ang_vel=(0.0, 0.0, 3.0)
+            ),
+            spawn=sim_utils.CuboidCfg(
+                size=(0.2, 0.1, 0.1), rigid_props=rigid, mass_props=sim_utils.MassPropertiesCfg(mass=0.6)
+            ),
+        )
+        if box.get("kinematic_enabled"):
+            cfg.init_state.lin_vel = cfg.init_state.ang_vel = (0.0, 0.0, 0.0)
+        sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=request.param, dt=0.002))
+        scene = InteractiveScene(_SceneCfg(num_envs=NUM_ENVS, env_spacing=2.0, robot=robot, box=cfg))
+        sim.reset()
+        scene.update(0.0)
+        return sim, scene
+
+    return make
+
+
+@pytest.mark.parametrize("kinematic", [False, True])
+def test_a_root_is_put_into_its_default_state_where_that_is_asked_for(start, kinematic):
+    _, scene = start(kinematic_enabled=kinematic)
+    box = scene["box"]
+    elsewhere = torch.tensor([[4.0, 5.0, 6.0, 1.0, 0.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1)
+    box.write_root_pose_to_sim(elsewhere)
+    box.data.default_root_state[2, 2] = 3.0
+    box.write_default_root_state_to_sim(torch.tensor([0, 2]))
+    expected = scene.env_origins + torch.tensor([[1.0, 0.0, 2.0], [0.0, 0.0, 0.0], [1.0, 0.0, 3.0]])
+    expected[1] = elsewhere[1, :3]
+    torch.testing.assert_close(box.data.root_pos_w, expected)
+    torch.testing.assert_close(box.data.root_quat_w[[0, 2]], torch.tensor([[0.6, 0.8, 0.0, 0.0]]).repeat(2, 1))
+    velocity = torch.zeros(6) if kinematic else torch.tensor([0.5, 0.0, 0.0, 0.0, 0.0, 3.0])
+    torch.testing.assert_close(box.data.root_vel_w[[0, 2]], velocity.repeat(2, 1), atol=1e-6, rtol=0)
+    box.write_default_root_state_to_sim()
+    torch.testing.assert_close(box.data.root_pos_w[1], scene.env_origins[1] + torch.tensor([1.0, 0.0, 2.0]))
+
+
+def test_the_pose_of_a_standing_root_is_computed_once_and_that_of_a_free_one_at_every_state(start):
+    sim, scene = start()
+    data, box = scene["robot"].data, scene["box"].data
+    with torch.inference_mode():
+        pos_w, quat_w, of_box = data.root_pos_w, data.root_quat_w, box.root_pos_w
+    torch.testing.assert_close(pos_w, scene.env_origins + torch.tensor([0.2, 0.0, 0.5]))
+    torch.testing.assert_close(quat_w, torch.tensor([[0.6, 0.0, 0.8, 0.0]]).repeat(NUM_ENVS, 1))
+    sim.physics.step(5)
+    scene.update(0.01)
+    assert data.root_pos_w is pos_w
+    assert data.root_quat_w is quat_w
+    assert (box.root_pos_w != of_box).any(dim=1).all()
+
+
+@pytest.mark.parametrize("what", ["the pose", "the origins"])
+def test_a_kept_pose_is_computed_anew_once_somebody_wrote_into_it(start, what):
+    _, scene = start()
+    data = scene["robot"].data
+    before = data.root_pos_w.clone()
+    if what == "the pose":
+        data.root_pos_w[1] += 1.0
+        expected = before
+    else:
+        scene.env_origins[1] += 1.0
+        expected = before + torch.tensor([[0.0], [1.0], [0.0]])
+    scene.update(0.01)
+    torch.testing.assert_close(data.root_pos_w, expected)
+    scene.update(0.01)
+    torch.testing.assert_close(data.root_pos_w, expected)
