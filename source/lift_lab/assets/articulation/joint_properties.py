@@ -1,0 +1,238 @@
+"""What joints of an articulation are like: gains, limits, friction, armature, as data and in the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import torch
+
+from lift_lab.sim.ignored import note_ignored
+from lift_lab.sim.physics.base import ids_tensor
+from lift_lab.utils.errors import ConfigError
+
+from ..asset_base import EnvIds, as_list
+from ..movable import MovableAsset
+from .articulation_data import ArticulationData
+
+if TYPE_CHECKING:
+    from lift_lab.actuators import ActuatorBase
+
+    from .articulation_cfg import ArticulationCfg
+    from .drives import Drives
+
+JointIds = Sequence[int] | torch.Tensor | slice | None
+
+
+class JointProperties(MovableAsset):
+    """The part of an articulation that changes its joints' properties in all or some environments."""
+
+    cfg: ArticulationCfg
+    actuators: dict[str, ActuatorBase]
+    """Actuator models by the name of their group."""
+
+    _data: ArticulationData
+    _drives: Drives
+    _joint_names: list[str]
+    _joint_ids: list[int]
+    _dof_ids: list[int]
+    _has_feedforward: bool
+
+    @property
+    def data(self) -> ArticulationData:
+        """The articulation's state."""
+        return self._data
+
+    @property
+    def num_joints(self) -> int:
+        """Number of hinge and slide joints."""
+        return len(self._joint_names)
+
+    def write_joint_stiffness_to_sim(
+        self, stiffness: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set position gains, shape (n, num joints chosen)."""
+        self._has_feedforward = True  # one may be zero now
+        self._set("joint_stiffness", stiffness, joint_ids, env_ids)
+        self._write_gains(joint_ids, "stiffness")
+
+    def write_joint_damping_to_sim(
+        self, damping: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set velocity gains, shape (n, num joints chosen)."""
+        self._set("joint_damping", damping, joint_ids, env_ids)
+        self._write_gains(joint_ids, "damping")
+
+    def _write_gains(self, joint_ids: JointIds, name: str) -> None:
+        """Give the gains called ``name`` to the engine and to the models of the joints chosen, and to no other.
+
+        Terms of one's own set the gains of explicit models directly: what they set there stays.
+        """
+        data = self.data
+        chosen = torch.zeros(self.num_joints, dtype=torch.bool, device=self._physics.device)
+        chosen[as_list(joint_ids, self.num_joints)] = True
+        for actuator in self.actuators.values():
+            ids = actuator.joint_indices
+            gains = getattr(data, f"joint_{name}")[:, ids]
+            setattr(actuator, name, torch.where(chosen[ids], gains, getattr(actuator, name)))
+        model = self._physics.model
+        gain, bias = (
+            self._physics.randomizable("actuator_gainprm"),
+            self._physics.randomizable("actuator_biasprm"),
+        )
+        for i, name in enumerate(self._joint_names):
+            drive = self._drives.joints.get(name)
+            if drive is None or not drive.implicit:
+                continue
+            a = model.actuator(f"{self.name}/{name}").id
+            kp = data.joint_stiffness[:, i].to(gain.dtype)
+            gain[:, a, 0] = torch.where(kp > 0, kp, torch.ones_like(kp))
+            bias[:, a, 1] = -kp
+            bias[:, a, 2] = -data.joint_damping[:, i].to(bias.dtype)
+
+    def write_joint_armature_to_sim(
+        self, armature: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set reflected rotor inertias (kg m^2 or kg), shape (n, num joints chosen)."""
+        self._set("joint_armature", armature, joint_ids, env_ids)
+        self._write_dofs("dof_armature", self.data.joint_armature)
+        self._physics.recompute_constants()
+
+    def write_joint_friction_coefficient_to_sim(
+        self,
+        joint_friction_coeff: torch.Tensor | float,
+        joint_dynamic_friction_coeff: torch.Tensor | float | None = None,
+        joint_viscous_friction_coeff: torch.Tensor | float | None = None,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Set the friction of joints.
+
+        Args:
+            joint_friction_coeff: dry friction efforts in N m or N, shape (n, num joints chosen).
+            joint_dynamic_friction_coeff: Isaac Lab's second dry friction. Ignored: there is one.
+            joint_viscous_friction_coeff: efforts per joint velocity, same shape; None leaves them.
+            joint_ids: joints, or None for all.
+            env_ids: environments, or None for all.
+        """
+        self._set("joint_friction_coeff", joint_friction_coeff, joint_ids, env_ids)
+        self._write_dofs("dof_frictionloss", self.data.joint_friction_coeff)
+        if joint_dynamic_friction_coeff is not None:
+            self.write_joint_dynamic_friction_coefficient_to_sim(joint_dynamic_friction_coeff, joint_ids, env_ids)
+        if joint_viscous_friction_coeff is not None:
+            self.write_joint_viscous_friction_coefficient_to_sim(joint_viscous_friction_coeff, joint_ids, env_ids)
+
+    def write_joint_dynamic_friction_coefficient_to_sim(
+        self,
+        joint_dynamic_friction_coeff: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Take note that Isaac Lab's second dry friction is ignored: there is one."""
+        note_ignored("write_joint_dynamic_friction_coefficient_to_sim", "one dry friction for each joint")
+
+    def write_joint_viscous_friction_coefficient_to_sim(
+        self,
+        joint_viscous_friction_coeff: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+    ) -> None:
+        """Set efforts per joint velocity, shape (n, num joints chosen)."""
+        self._set("joint_viscous_friction_coeff", joint_viscous_friction_coeff, joint_ids, env_ids)
+        self._write_dofs("dof_damping", self.data.joint_viscous_friction_coeff)
+
+    def _write_dofs(self, name: str, values: torch.Tensor) -> None:
+        field = self._physics.randomizable(name)
+        target = field if field.ndim == 2 else field[..., 0]
+        target[:, self._dof_ids] = values.to(field.dtype)
+
+    def write_joint_position_limit_to_sim(
+        self,
+        limits: torch.Tensor | float,
+        joint_ids: JointIds = None,
+        env_ids: EnvIds = None,
+        warn_limit_violation: bool = True,
+    ) -> None:
+        """Set position limits (rad or m), shape (n, num joints chosen, 2).
+
+        Soft limits follow, and defaults are clamped into them.
+
+        Raises:
+            ConfigError: a joint that has no limit in the model.
+        """
+        model = self._physics.model
+        unlimited = [n for n, j in zip(self._joint_names, self._joint_ids, strict=True) if not model.jnt_limited[j]]
+        for i in as_list(joint_ids, self.num_joints):
+            name = self._joint_names[i]
+            if name in unlimited:
+                raise ConfigError(f"'{self.name}': joint '{name}' has no limit in its USD file, so none can be set")
+        self._set("joint_pos_limits", limits, joint_ids, env_ids)
+        field = self._physics.randomizable("jnt_range")
+        field[:, self._joint_ids] = self.data.joint_pos_limits.to(field.dtype)
+        self.data.soft_joint_pos_limits = self._soft(self.data.joint_pos_limits)
+        low, high = self.data.joint_pos_limits.unbind(-1)
+        self.data.default_joint_pos.clamp_(low, high)
+
+    def write_joint_velocity_limit_to_sim(
+        self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set velocity limits (rad/s or m/s), shape (n, num joints chosen), in ``data.joint_vel_limits``.
+
+        MuJoCo does not clamp velocities. Rewards and resets read ``data.soft_joint_vel_limits``, which stay as they are
+        (as in Isaac Lab).
+        """
+        self._set("joint_vel_limits", limits, joint_ids, env_ids)
+
+    def write_joint_effort_limit_to_sim(
+        self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set effort limits of the engine's actuators (N m or N), shape (n, num joints chosen).
+
+        Raises:
+            ConfigError: a joint whose actuator had no limit at start.
+        """
+        self._set("joint_effort_limits", limits, joint_ids, env_ids)
+        model = self._physics.model
+        field = self._physics.randomizable("actuator_forcerange")
+        for i, name in enumerate(self._joint_names):
+            if name not in self._drives.joints:
+                continue
+            a = model.actuator(f"{self.name}/{name}").id
+            limit = self.data.joint_effort_limits[:, i]
+            if not model.actuator_forcelimited[a]:
+                if bool(limit.isfinite().any()):
+                    raise ConfigError(f"'{self.name}': joint '{name}' has no effort limit that could be changed")
+                continue
+            field[:, a, 0] = -limit.to(field.dtype)
+            field[:, a, 1] = limit.to(field.dtype)
+
+    # Isaac Lab's older names
+    write_joint_limits_to_sim = write_joint_position_limit_to_sim
+
+    def write_joint_friction_to_sim(
+        self, joint_friction: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
+    ) -> None:
+        """Set dry friction efforts: :meth:`write_joint_friction_coefficient_to_sim`."""
+        self.write_joint_friction_coefficient_to_sim(joint_friction, joint_ids=joint_ids, env_ids=env_ids)
+
+    # -- buffers
+
+    def _set(self, name: str, value: torch.Tensor | float, joint_ids: JointIds, env_ids: EnvIds) -> None:
+        buffer: torch.Tensor = getattr(self.data, name)
+        ids = self._env_ids(env_ids)
+        cols = slice(None) if joint_ids is None else joint_ids
+        if not isinstance(cols, slice):
+            cols = ids_tensor(cols, buffer.device)
+        if ids is None:
+            buffer[:, cols] = value
+        elif isinstance(cols, slice):
+            buffer[ids, cols] = value
+        else:
+            buffer[ids[:, None], cols] = value
+
+    def _soft(self, limits: torch.Tensor) -> torch.Tensor:
+        """Limits that are narrower by the config's factor, about the same middle."""
+        middle = limits.mean(dim=-1)
+        half = 0.5 * (limits[..., 1] - limits[..., 0]) * self.cfg.soft_joint_pos_limit_factor
+        soft = torch.stack((middle - half, middle + half), dim=-1)
+        return torch.where(limits.isfinite(), soft, limits)
