@@ -5,7 +5,13 @@ from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 
 from lift_lab.utils import configclass
-from lift_lab_rl.rsl_rl import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoAlgorithmCfg
+from lift_lab_rl.rsl_rl import (
+    LiftLabRunner,
+    RslRlOnPolicyRunnerCfg,
+    RslRlPpoActorCriticCfg,
+    RslRlPpoAlgorithmCfg,
+    to_rsl_rl,
+)
 
 
 @configclass
@@ -82,3 +88,14 @@ class PointEnv(VecEnv):
         self.position = torch.where(done[:, None], torch.rand(self.num_envs, 1) * 2.0 - 1.0, self.position)
         self.episode_length_buf = torch.where(done, 0, self.episode_length_buf)
         return self.get_observations(), reward, done.long(), {"time_outs": done, "log": log}
+
+
+def train(folder, iterations=4, threads=1, on_step=None, cfg=None):
+    """Train points in the folder; the runner, and whether it finished."""
+    torch.manual_seed(5)
+    cfg = cfg if cfg is not None else AgentCfg()
+    cfg.num_threads = threads
+    runner = LiftLabRunner(PointEnv(on_step=on_step), to_rsl_rl(cfg), log_dir=folder)
+    runner.alg._piece_rows = 32
+    finished = runner.learn(iterations, init_at_random_ep_len=True)
+    return runner, finished

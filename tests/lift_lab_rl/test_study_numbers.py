@@ -6,28 +6,16 @@ import re
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.stats import binomtest
 from torch.utils.tensorboard import SummaryWriter
 
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab.utils.io import dump_yaml
-from lift_lab_rl.intervals import t_interval, t_quantile, welch_interval, wilson_interval
+from lift_lab_rl.intervals import wilson_interval
 from lift_lab_rl.study import comparison
 from lift_lab_rl.study.comparison import Roles, verdict
 from lift_lab_rl.study.curves import Group, TrainingRun, find_runs, group_runs, remarks, smooth
 from lift_lab_rl.study.evaluations import collect, find_results, load_results
 from lift_lab_rl.study.figures import draw, save
-from lift_lab_rl.study.jobs import (
-    Variant,
-    best_checkpoint,
-    check_settings,
-    check_start,
-    checkpoint_at,
-    in_rounds,
-    make_jobs,
-    newest_checkpoint,
-    read_evaluation,
-)
 from lift_lab_rl.study.page import write_report
 from lift_lab_rl.study.paper import FIGURES, TABLE_1
 
@@ -46,38 +34,6 @@ def _write(folder, tags, first=1, seed=None, run_name="", task=None, **run):
         dump_yaml(folder / "params" / "agent.yaml", {"seed": seed, "run_name": run_name})
     if task is not None:
         dump_yaml(folder / "params" / "run.yaml", {"task": task, **run})
-
-
-# -- intervals
-
-
-@pytest.mark.parametrize(("wins", "trials"), [(0, 10), (10, 10), (48, 50), (99, 100), (995, 1000)])
-def test_wilson_intervals_are_scipys(wins, trials):
-    expected = binomtest(wins, trials).proportion_ci(0.95, method="wilson")
-    assert wilson_interval(wins, trials) == pytest.approx((expected.low, expected.high), abs=1e-9)
-
-
-@pytest.mark.parametrize(("dof", "expected"), [(1, 12.706), (2, 4.303), (4, 2.776), (9, 2.262), (1e6, 1.960)])
-def test_quantiles_of_students_t_are_those_of_the_tables(dof, expected):
-    assert t_quantile(0.95, dof) == pytest.approx(expected, abs=5e-4)
-
-
-def test_intervals_of_means_and_differences_are_scipys():
-    first, second = [2.5, 2.85, 3.14], [3.09, 3.33, 3.49, 3.6]
-    low, high = stats.t.interval(0.95, 2, loc=np.mean(first), scale=stats.sem(first))
-    assert t_interval(first) == pytest.approx((low, high), rel=1e-6)
-    welch = stats.ttest_ind(second, first, equal_var=False).confidence_interval(0.95)
-    assert welch_interval(first, second) == pytest.approx((welch.low, welch.high), rel=1e-6)
-    assert t_interval([3.0]) is welch_interval([1.0], [3.0, 3.0]) is None
-    assert t_interval([3.0, 3.0]) == (3.0, 3.0)
-    assert welch_interval([1.0, 1.0], [3.0, 3.0]) == (2.0, 2.0)
-
-
-def test_an_interval_over_three_seeds_holds_the_mean_as_often_as_it_says():
-    draws = np.random.default_rng(1).normal(5.0, 2.0, (1000, 3))
-    ends = np.array([t_interval(list(values)) for values in draws])
-    # the binomial's deviation is 0.7 points
-    assert np.mean((ends[:, 0] < 5.0) & (ends[:, 1] > 5.0)) == pytest.approx(0.95, abs=0.021)
 
 
 # -- curves
@@ -399,112 +355,3 @@ def test_the_page_needs_nothing_beside_it_and_every_figure_is_a_file(tmp_path):
 def test_a_label_is_no_mathematics(tmp_path):
     plot = draw(FIGURES[0], [_group(r"a $\{x$", **{FIGURES[0].tags[0]: [1.0]})], {})
     assert all(path.is_file() for path in save(plot, tmp_path, "a"))
-
-
-# -- jobs
-
-
-def test_a_variant_is_a_task_with_a_label_and_overrides():
-    assert Variant.parse("Lift-Cube-Franka") == Variant("Lift-Cube-Franka", "Lift-Cube-Franka")
-    parsed = Variant.parse("linear=Lift-Cube-Franka-CL env/curriculum=linear 'env.x=[1, 2]'")
-    assert parsed == Variant("linear", "Lift-Cube-Franka-CL", ("env/curriculum=linear", "env.x=[1, 2]"))
-    for wrong in ("", "a/b=Task", "label="):
-        with pytest.raises(ConfigError, match="expected TASK"):
-            Variant.parse(wrong)
-    with pytest.raises(ConfigError, match="no closing quotation"):
-        Variant.parse("a=Cartpole 'x")
-
-
-def test_a_variant_may_start_from_anothers_checkpoint():
-    parsed = Variant.parse("base=Lift-Cube-Franka env.x=1 from=Lift-Cube-Franka-CL@750")
-    assert parsed == Variant("base", "Lift-Cube-Franka", ("env.x=1",), ("Lift-Cube-Franka-CL", 750))
-    assert parsed.settings == ["Lift-Cube-Franka", "from=Lift-Cube-Franka-CL@750", "env.x=1"]
-    for wrong in ("T from=x", "T from=@5", "T from=x@y", "T from=x@1 from=x@2"):
-        with pytest.raises(ConfigError, match="expected one from=LABEL@ITERATION"):
-            Variant.parse(wrong)
-
-
-def test_what_starts_from_another_comes_in_a_later_round():
-    def rounds(*variants, trained=()):
-        return [[job.name for job in now] for now in in_rounds(make_jobs(variants, [1, 2]), trained)]
-
-    a, b, c = Variant("a", "T"), Variant("b", "T", start=("a", 5)), Variant("c", "T", start=("b", 7))
-    assert rounds(c, b, a) == [["a-s1", "a-s2"], ["b-s1", "b-s2"], ["c-s1", "c-s2"]]
-    assert rounds(b, trained=["a"]) == [["b-s1", "b-s2"]]
-    assert rounds(b, a, trained=["a"]) == [["a-s1", "a-s2"], ["b-s1", "b-s2"]]  # of other seeds
-    with pytest.raises(ConfigError, match="'x' cannot start from 'aa': did you mean 'a'"):
-        rounds(a, Variant("x", "T", start=("aa", 1)))
-    with pytest.raises(ConfigError, match="circle"):
-        rounds(Variant("x", "T", start=("y", 1)), Variant("y", "T", start=("x", 1)))
-
-
-def test_the_checkpoint_of_an_iteration_is_that_of_the_newest_piece(tmp_path):
-    for folder in ("2026-01-01_00-00-00_x-s1", "2026-01-02_00-00-00_x-s1", "2026-01-03_00-00-00_y-s1"):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "model_50.pt").touch()
-    (tmp_path / "2026-01-01_00-00-00_x-s1" / "model_100.pt").touch()
-    assert checkpoint_at(tmp_path, "x-s1", 50).parent.name == "2026-01-02_00-00-00_x-s1"
-    assert checkpoint_at(tmp_path, "x-s1", 100).parent.name == "2026-01-01_00-00-00_x-s1"
-    with pytest.raises(FileError, match="no checkpoint of iteration 75; it has 50, 100"):
-        checkpoint_at(tmp_path, "x-s1", 75)
-    with pytest.raises(FileError, match="it has none"):
-        checkpoint_at(tmp_path, "z-s1", 50)
-
-
-def test_jobs_go_seed_by_seed_and_names_are_used_once():
-    a, b = Variant("a", "T"), Variant("b", "T")
-    assert [job.name for job in make_jobs([a, b], [1, 2])] == ["a-s1", "b-s1", "a-s2", "b-s2"]
-    with pytest.raises(ConfigError, match="label 'a' is given twice"):
-        make_jobs([a, a], [1])
-
-
-def test_the_newest_checkpoint_is_the_one_with_most_iterations(tmp_path):
-    assert newest_checkpoint(tmp_path / "none", "x-s1") is None
-    for folder, names in (
-        ("2026-01-01_00-00-00_x-s1", ["model_50.pt", "model_9.pt", "model_best.pt"]),
-        ("2026-01-02_00-00-00_x-s1-2", ["model_100.pt"]),
-        ("2026-01-03_00-00-00_x-s11", ["model_900.pt"]),
-    ):
-        (tmp_path / folder).mkdir()
-        for name in names:
-            (tmp_path / folder / name).touch()
-    path, iterations = newest_checkpoint(tmp_path, "x-s1")
-    assert (path.parent.name, iterations) == ("2026-01-02_00-00-00_x-s1-2", 100)
-
-
-def test_the_best_checkpoint_may_be_in_an_earlier_piece(tmp_path):
-    for folder, name in (("2026-01-01_00-00-00_x-s1", "model_best.pt"), ("2026-01-02_00-00-00_x-s1", "model_9.pt")):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / name).touch()
-    assert best_checkpoint(tmp_path, "x-s1") == tmp_path / "2026-01-01_00-00-00_x-s1" / "model_best.pt"
-    assert best_checkpoint(tmp_path, "y-s1") is None
-
-
-@pytest.mark.parametrize(
-    ("start", "message"),
-    [(40, "saves every 50 iterations up to 90"), (0, "saves every"), (100, "trained to 100 only"), (95, "saves every")],
-)
-def test_a_start_that_will_not_be_saved_is_refused(start, message):
-    for saved in (50, 90):  # the last iteration is saved, too
-        check_start(Variant("b", "T", start=("a", saved)), 100, 50, 90)
-    with pytest.raises(ConfigError, match=message):
-        check_start(Variant("b", "T", start=("a", start)), 100, 50, 90)
-
-
-def test_an_evaluation_that_was_cut_off_is_not_done(tmp_path):
-    path, done = tmp_path / "e.json", {"checkpoint": "c", "episodes": 4, "seed": 1}
-    path.write_text(json.dumps(done))
-    assert read_evaluation(path, "c", 4, 1) == done
-    for text in ('{"checkpoint": "c", "epi', "[]", "{}"):
-        path.write_text(text)
-        assert read_evaluation(path, "c", 4, 1) is None
-
-
-def test_a_study_of_other_settings_is_refused(tmp_path):
-    old = {"variants": {"a": ["T"]}, "num_envs": 8}
-    check_settings(old, {"variants": {"b": ["U"]}, "num_envs": 8}, tmp_path)
-    check_settings({}, {"variants": {}, "num_envs": 9}, tmp_path)
-    with pytest.raises(ConfigError, match="num_envs 8, not 9"):
-        check_settings(old, {"variants": {}, "num_envs": 9}, tmp_path)
-    with pytest.raises(ConfigError, match="other settings for 'a'"):
-        check_settings(old, {"variants": {"a": ["U"]}, "num_envs": 8}, tmp_path)
