@@ -123,6 +123,22 @@ def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_go
     assert counts == [len(counted), len(succeeded)]
 
 
+def test_what_the_last_step_was_like_is_measured_before_the_question(env, monkeypatch):
+    """So that the host does it while a GPU still computes the physics."""
+    inner, at_the_question = env.unwrapped, Counter()
+
+    def ask(masks):
+        at_the_question.update(counting.calls)
+        return read_back.where_true(masks)
+
+    monkeypatch.setattr(manager_based_rl_env, "where_true", ask)
+    inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * inner.max_episode_length
+    with torch.inference_mode(), Counting() as counting:
+        env.step(torch.zeros(4, inner.action_manager.total_action_dim))
+    for name in ("mm", "asin_", "linalg_vector_norm"):  # smoothness, angle, distances
+        assert counting.calls[name] == at_the_question[name] > 0
+
+
 def test_a_success_on_the_last_step_counts_without_another_question(env, answers):
     inner = env.unwrapped
     term = inner.command_manager.get_term("object_pose")

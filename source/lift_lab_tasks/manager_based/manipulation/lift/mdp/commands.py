@@ -111,12 +111,16 @@ class ObjectPoseCommand(UniformPoseCommand):
 
     def finish_episodes(self, env_ids: torch.Tensor) -> None:
         """Count the last step of the episodes that end; where the physics failed, its smoothness is left out."""
+        self._measure_last_step()
+
+    def _measure_last_step(self) -> None:
         self._measure_once()
-        self._update_smoothness()
-        self._is_smoothness_current = True
+        if not self._is_smoothness_current:
+            self._update_smoothness()
+            self._is_smoothness_current = True
 
     def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
-        self._measure_once()  # a success of the last step counts
+        self._measure_last_step()  # a success of it counts, and a GPU is busy until the answer comes
         succeeded = ended & (self.metrics["success"] > 0)
         counts = self.counts
         if counts is not None:
