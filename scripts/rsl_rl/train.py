@@ -83,6 +83,7 @@ def main() -> int:
         for cfg in (env_cfg.sim, agent_cfg):
             cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
     runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
+    runs.note_annealing(agent_cfg, overrides, say)
     env_cfg.sim.device, agent_cfg.device = place.device(env_cfg.sim.device), place.device(agent_cfg.device)
     args.video = args.video and place.is_main
     apply_video_args(args, env_cfg)

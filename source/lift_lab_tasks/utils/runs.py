@@ -198,6 +198,25 @@ def note_other_task(checkpoint: Path, task: str, say: Callable[[str], None] = pr
         say(f"'{checkpoint}' was trained on {trained}")
 
 
+def note_annealing(agent_cfg: Any, overrides: Sequence[str], say: Callable[[str], None]) -> None:
+    """Tell of settings that an override names and that change as the training goes on, unless their end is named, too.
+
+    Args:
+        agent_cfg: configuration of rsl_rl's PPO, with the overrides.
+        overrides: overrides that were applied.
+        say: takes the line.
+    """
+    algorithm = agent_cfg.algorithm
+    for name in ("gamma", "entropy_coef", "desired_kl"):
+        path, final = f"agent.algorithm.{name}", getattr(algorithm, f"{name}_final", None)
+        if final is not None and names_path(overrides, path) and not names_path(overrides, f"{path}_final"):
+            begin, end = algorithm.anneal_iterations
+            say(
+                f"{path} is {getattr(algorithm, name)} at first and goes to {final} over iterations {begin} to {end}; "
+                f"{path}_final=null keeps it"
+            )
+
+
 def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:
     """Leave out the curriculum terms that only help a training to explore, but for those that an override names.
 

@@ -13,7 +13,7 @@ from lift_lab_tasks.utils import get_checkpoint_path, load_cfg_from_registry, re
 from lift_lab_tasks.utils.hydra import compose, hydra_task_config
 from lift_lab_tasks.utils.library_runs import apply_dict_flags
 from lift_lab_tasks.utils.parse_cfg import names_path
-from lift_lab_tasks.utils.runs import apply_flags
+from lift_lab_tasks.utils.runs import apply_flags, note_annealing
 
 
 def lifted(env):
@@ -286,6 +286,30 @@ def test_environment_and_agent_have_one_seed(entry):
         seeds("agent.seed=5", seed=3)
     with pytest.raises(ConfigError, match=r"--num_envs 2 and env\.scene\.num_envs=7: give one of them"):
         seeds("env.scene.num_envs=7", num_envs=2)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "names"),
+    [
+        (["agent.algorithm.gamma=0.9"], ["gamma"]),
+        (["agent.algorithm={gamma: 0.9, desired_kl: 0.02}"], ["gamma", "desired_kl"]),
+        (["agent.algorithm.gamma=0.9", "agent.algorithm.gamma_final=null"], []),
+        (["agent.algorithm.gamma=0.9", "agent.algorithm.gamma_final=0.99"], []),
+        (["agent.algorithm.lam=0.9"], []),
+    ],
+)
+def test_a_setting_that_changes_as_the_training_goes_on_says_so_where_it_is_given(overrides, names):
+    import lift_lab_tasks  # noqa: F401
+
+    _, agent_cfg = compose("Lift-Cube-Franka-CL", "rsl_rl_cfg_entry_point", overrides)
+    agent_cfg.algorithm.desired_kl_final = 0.005
+    said: list[str] = []
+    note_annealing(agent_cfg, overrides, said.append)
+    assert [text.partition(" ")[0] for text in said] == [f"agent.algorithm.{name}" for name in names]
+    if names == ["gamma"]:
+        begin, end = agent_cfg.algorithm.anneal_iterations
+        assert said[0].startswith(f"agent.algorithm.gamma is 0.9 at first and goes to 0.985 over iterations {begin} to")
+        assert str(end) in said[0]
 
 
 def lift(*overrides):
