@@ -7,6 +7,7 @@ with its force, normal, and where asked for tangent and position. Contact forces
 from __future__ import annotations
 
 import dataclasses
+import logging
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -32,23 +33,28 @@ _CONTACTS_OF_A_PAIR = 8
 """Contacts that two convex colliders have at most in MuJoCo."""
 _MOST_CONTACTS = 64
 """Contacts that mujoco-warp matches with one sensor."""
+_READS_BETWEEN_CHECKS = 1000
+"""How often the readings of a GPU are searched for contacts that had no room: the host waits for the answer."""
 _TIME_TOLERANCE = 1e-6
+
+_LOG = logging.getLogger(__name__)
 
 
 class _Group:
     """Sensors of the same size, one for each entry of a (bodies, filters) table, read as one block."""
 
     def __init__(self, sensors: list[list[str]], slots: int, with_tangent: bool, with_position: bool):
-        self.sensors = sensors  # the names that an entry sums
+        self.sensors = sensors  # the names that an entry sums; each ends in body or body:target
         self.slots = slots
         self.with_tangent = with_tangent
         self.with_position = with_position
-        self.width = 6 + 3 * with_position + 3 * with_tangent
+        self.width = 7 + 3 * with_position + 3 * with_tangent
+        self._reads, self._missing_told = 0, False
 
     @property
     def dataspec(self) -> int:
         """MuJoCo's bits of what each contact reports; the order in memory is that of the bits."""
-        fields = [_FIELD.mjCONDATA_FORCE, _FIELD.mjCONDATA_NORMAL]
+        fields = [_FIELD.mjCONDATA_FOUND, _FIELD.mjCONDATA_FORCE, _FIELD.mjCONDATA_NORMAL]
         fields += [_FIELD.mjCONDATA_POS] if self.with_position else []
         fields += [_FIELD.mjCONDATA_TANGENT] if self.with_tangent else []
         return sum(1 << int(field) for field in fields)
@@ -64,18 +70,41 @@ class _Group:
                 columns[i, j] = torch.arange(start, start + size)
         self._present = (columns >= 0).to(device)
         self._columns = columns.clamp(min=0).to(device)
+        self._most_found = torch.zeros(len(self.sensors), most, device=device)
 
     def read(self, sensordata: torch.Tensor) -> dict[str, torch.Tensor]:
         """Contacts of each entry; shapes (N, entries, contacts, 3) by name. Absent contacts are zero."""
         values = sensordata[:, self._columns] * self._present
+        if not self._missing_told:
+            self._look_for_missing(values[..., 0])
         contacts = values.reshape(len(values), len(self.sensors), -1, self.width)
-        parts = {"force": contacts[..., 0:3]}  # in the contact's frame
-        start = 3
+        parts = {"force": contacts[..., 1:4]}  # in the contact's frame
+        start = 4
         for name, there in (("pos", self.with_position), ("normal", True), ("tangent", self.with_tangent)):
             if there:
                 parts[name] = contacts[..., start : start + 3]
                 start += 3
         return parts
+
+    def _look_for_missing(self, found: torch.Tensor) -> None:
+        """Say once which sensor had more contacts than it has room for; shape of ``found`` is (N, entries, sensors)."""
+        self._most_found = torch.maximum(self._most_found, found.amax(dim=0))
+        self._reads += 1
+        if found.is_cuda and self._reads % _READS_BETWEEN_CHECKS:
+            return
+        most = int(self._most_found.max())
+        if most <= self.slots:
+            return
+        entry, sensor = divmod(int(self._most_found.argmax()), self._most_found.shape[1])
+        name, _, of = self.sensors[entry][sensor].partition("/")
+        body, _, target = of.partition(":")
+        _LOG.warning(
+            "scene.%s: '%s' had %d contacts%s at once; the strongest %d of them count. "
+            "max_contact_data_count_per_prim=%d counts %s",
+            *(name, body, most, f" with '{target}'" if target else "", self.slots),
+            *(min(most, _MOST_CONTACTS), "all" if most <= _MOST_CONTACTS else "as many as can be"),
+        )
+        self._missing_told = True
 
 
 class ContactSensor(SensorBase):
