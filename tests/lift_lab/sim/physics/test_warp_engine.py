@@ -166,3 +166,18 @@ def test_a_first_compile_is_announced_once_and_a_cached_one_not(model: mujoco.Mj
         caplog.clear()
         make_physics(model, 4, kind="warp")  # all its kernels are in the cache by now
     assert not caplog.records
+
+
+@pytest.mark.parametrize("arch", [75, 90])
+def test_our_own_kernels_compile_for_gpus_on_a_machine_without_one(arch: int, tmp_path):
+    """75 is the oldest architecture that warp compiles for, 90 that of an H100 or H200."""
+    from lift_lab.sim.physics import warp_kernels
+
+    warp.init()
+    if arch not in warp.get_cuda_supported_archs():
+        pytest.skip("this warp compiles nothing for CUDA")
+    warp.compile_aot_module(warp_kernels, arch=arch, module_dir=tmp_path, use_ptx=True)
+    (code,) = tmp_path.glob(f"*.sm{arch}.ptx")
+    names = {name for name, kernel in vars(warp_kernels).items() if isinstance(kernel, warp.Kernel)}
+    assert names
+    assert all(f"{name}_" in code.read_text() for name in names)
