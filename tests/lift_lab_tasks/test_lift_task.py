@@ -76,6 +76,30 @@ def test_rewards_at_a_known_state_are_the_papers_equations(physics):
     env.close()
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.5 * math.pi, 2.0])
+def test_a_base_that_stands_turned_takes_its_frame_along(angle):
+    cfg = FrankaCubeLiftEnvCfg()
+    cfg.scene.num_envs, cfg.sim.device, cfg.seed = 4, "cpu", 5
+    cfg.scene.robot.init_state.pos = (0.1, -0.2, 0.0)
+    cfg.scene.robot.init_state.rot = (math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle))
+    env = ManagerBasedRLEnv(cfg)
+    env.reset()
+    env.step(torch.zeros(4, 8))
+    base_w = env.scene.env_origins + torch.tensor([0.1, -0.2, 0.0])
+    c, s = math.cos(angle), math.sin(angle)
+    to_world = torch.tensor([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    cube_w = env.scene["object"].data.root_pos_w
+    position_b = mdp.object_position_in_robot_root_frame(env)
+    torch.testing.assert_close(position_b @ to_world.T + base_w, cube_w, atol=1e-5, rtol=0)
+    goal = env.command_manager.get_term("object_pose")
+    goal_w = goal.command[:, :3] @ to_world.T + base_w
+    torch.testing.assert_close(goal.goal_pos_w, goal_w, atol=1e-5, rtol=0)
+    half_turn = torch.tensor([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
+    torch.testing.assert_close(goal.pose_command_w[:, 3:], half_turn.repeat(4, 1), atol=1e-6, rtol=0)
+    torch.testing.assert_close(goal.object_distance, (cube_w - goal_w).norm(dim=1), atol=1e-5, rtol=0)
+    env.close()
+
+
 def test_the_rewards_sum_to_at_most_37_a_second():
     env = _make(num_envs=1)
     positive = [

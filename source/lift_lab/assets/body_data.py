@@ -90,6 +90,7 @@ class BodyData(AssetData):
         self._tree_root = int(model.body_rootid[body_ids[0]])
         self._root_stands = free_qpos_adr is None and mocap_id is None and model.body_weldid[body_ids[0]] == 0
         self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
+        self._kept_is_aligned = False
         self._origins_version = _version(env_origins_w)
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
@@ -122,8 +123,20 @@ class BodyData(AssetData):
         if not self._root_stands or self._origins_moved():
             return compute()
         with torch.inference_mode(False), torch.no_grad():  # so that writes into it are counted
-            self._kept[name] = compute()
-        return self._kept[name]
+            value = self._kept[name] = compute()
+            if name == "root_link_quat_w":
+                self._kept_is_aligned = bool((value == value.new_tensor([1.0, 0.0, 0.0, 0.0])).all())
+        return value
+
+    @property
+    def root_is_aligned(self) -> bool:
+        """Whether the root is fixed to the world with its axes along the world's, in every environment: then nothing
+        has to be turned from the one frame into the other."""
+        if not self._root_stands:
+            return False
+        if "root_link_quat_w" not in self._kept:
+            self.root_link_quat_w  # noqa: B018 - is kept now, where it can be
+        return self._kept_is_aligned and "root_link_quat_w" in self._kept
 
     def _origins_moved(self) -> bool:
         """Whether the environments' origins may have been changed."""

@@ -21,9 +21,10 @@ class _SceneCfg(InteractiveSceneCfg):
 @pytest.fixture(params=["native", pytest.param("warp", marks=pytest.mark.slow)])
 def start(request):
     robot = FRANKA_PANDA_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
-    robot.init_state.pos, robot.init_state.rot = (0.2, 0.0, 0.5), (0.6, 0.0, 0.8, 0.0)
+    robot.init_state.pos = (0.2, 0.0, 0.5)
 
-    def make(**box):
+    def make(robot_rot=(0.6, 0.0, 0.8, 0.0), **box):
+        robot.init_state.rot = robot_rot
         rigid = sim_utils.RigidBodyPropertiesCfg(**box)
         cfg = RigidObjectCfg(
             prim_path="{ENV_REGEX_NS}/Box",
@@ -92,3 +93,17 @@ def test_a_kept_pose_is_computed_anew_once_somebody_wrote_into_it(start, what):
     torch.testing.assert_close(data.root_pos_w, expected)
     scene.update(0.01)
     torch.testing.assert_close(data.root_pos_w, expected)
+
+
+@pytest.mark.parametrize(("robot_rot", "aligned"), [((1.0, 0.0, 0.0, 0.0), True), ((0.6, 0.0, 0.8, 0.0), False)])
+def test_only_a_standing_root_whose_axes_are_the_worlds_is_aligned(start, robot_rot, aligned):
+    sim, scene = start(robot_rot=robot_rot)
+    robot, box = scene["robot"].data, scene["box"]
+    box.write_root_pose_to_sim(torch.tensor([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1))
+    assert robot.root_is_aligned is aligned
+    assert box.data.root_is_aligned is False  # now it is turned like the world, but it can turn
+    robot.root_quat_w[1] = torch.tensor([0.0, 1.0, 0.0, 0.0])  # a slip that the next state mends
+    sim.physics.step(1)
+    scene.update(0.002)
+    assert robot.root_is_aligned is aligned
+    torch.testing.assert_close(robot.root_quat_w[1], torch.tensor(robot_rot))

@@ -40,6 +40,7 @@ class _Robot:
             root_ang_vel_b=torch.tensor([[0.0, 0.0, 0.5]]).repeat(NUM_ENVS, 1),
             default_root_state=torch.tensor([[0.0, 0.0, 0.6] + [0.0] * 10]).repeat(NUM_ENVS, 1),
             heading_w=yaw,
+            root_is_aligned=False,
         )
         self.data.link_pose_of = lambda body: (self.data.body_pos_w[:, body], self.data.body_quat_w[:, body])
         self.yaw_quat = torch.stack((torch.cos(yaw / 2), zero, zero, torch.sin(yaw / 2)), dim=-1)

@@ -102,19 +102,15 @@ class UniformPoseCommand(CommandTerm):
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         r = self.cfg.ranges
         drawn = sample_ranges((r.pos_x, r.pos_y, r.pos_z, r.roll, r.pitch, r.yaw), len(env_ids), self.device)
-        turned = not is_zero((r.roll, r.pitch, r.yaw))
-        if not turned:
+        if is_zero((r.roll, r.pitch, r.yaw)):
             quat = self._no_rotation.expand(len(env_ids), -1)
         else:
             quat = math_utils.quat_from_euler_xyz(drawn[:, 3], drawn[:, 4], drawn[:, 5])
         if self.cfg.make_quat_unique:
             quat = math_utils.quat_unique(quat)
-        all_are_due = self._written()
+        rows = slice(None) if self._written() else env_ids
         self.pose_command_b[env_ids] = torch.cat((self._choose_positions(env_ids, drawn[:, :3]), quat), dim=-1)
-        if all_are_due:
-            self._update_world_pose(slice(None))
-        else:
-            self._update_world_pose(env_ids, turned)
+        self._update_world_pose(rows)
 
     def _choose_positions(self, env_ids: torch.Tensor, uniform_b: torch.Tensor) -> torch.Tensor:
         """What to command some environments, in m in the root frame, where these were drawn: both of shape (n, 3)."""
@@ -140,12 +136,13 @@ class UniformPoseCommand(CommandTerm):
         if self.robot.has_movable_root or self._written():
             self._update_world_pose(slice(None))
 
-    def _update_world_pose(self, env_ids: torch.Tensor | slice, turned: bool = True) -> None:
-        """Put commands into the world; ``turned`` says whether any of them may be a rotation, too."""
-        command = self.pose_command_b[env_ids]
-        pos_w, quat_w = self.robot.data.root_pos_w[env_ids], self.robot.data.root_quat_w[env_ids]
-        quat_b = command[:, 3:] if turned else None
-        pose = math_utils.combine_frame_transforms(pos_w, quat_w, command[:, :3], quat_b)
+    def _update_world_pose(self, env_ids: torch.Tensor | slice) -> None:
+        data, command = self.robot.data, self.pose_command_b[env_ids]
+        pos_w, pos_b, quat_b = data.root_pos_w[env_ids], command[:, :3], command[:, 3:]
+        if data.root_is_aligned:
+            pose = pos_w + pos_b, quat_b
+        else:
+            pose = math_utils.combine_frame_transforms(pos_w, data.root_quat_w[env_ids], pos_b, quat_b)
         self.pose_command_w[env_ids] = torch.cat(pose, dim=-1)
         if not self.pose_command_b.is_inference():
             self._placed = self.pose_command_b, self.pose_command_b._version

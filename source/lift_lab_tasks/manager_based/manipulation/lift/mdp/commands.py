@@ -133,8 +133,8 @@ class ObjectPoseCommand(UniformPoseCommand):
     def _episode_means(self, env_ids: torch.Tensor) -> dict[str, torch.Tensor]:
         means = super()._episode_means(env_ids)
         succeeded = self._succeeded_ids
-        if succeeded is None:
-            succeeded = env_ids[self.metrics["success"][env_ids] > 0]
+        if succeeded is None:  # nothing had to be foretold: the host may ask
+            succeeded = env_ids[self.metrics["success"][env_ids] > 0] if bool(means["success"] > 0) else env_ids[:0]
         if len(succeeded):
             self.log_counts["time_to_success_s"] = len(succeeded)
             means["time_to_success_s"] = self._success_step[succeeded].float().mean() * self._env.step_dt

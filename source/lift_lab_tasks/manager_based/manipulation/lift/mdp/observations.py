@@ -23,4 +23,4 @@ def object_position_in_robot_root_frame(
     robot: RigidObject = env.scene[robot_cfg.name]
     object: RigidObject = env.scene[object_cfg.name]
     offset_w = object.data.root_pos_w - robot.data.root_pos_w
-    return quat_apply_inverse(robot.data.root_quat_w, offset_w)
+    return offset_w if robot.data.root_is_aligned else quat_apply_inverse(robot.data.root_quat_w, offset_w)
