@@ -13,6 +13,7 @@ import torch
 
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.attributes import EntityData
+from lift_lab.utils.versions import version_of
 
 from .asset_base import as_columns
 
@@ -35,11 +36,6 @@ def cached(compute: Callable[[Any], torch.Tensor]) -> property:
 
     read.__doc__ = compute.__doc__
     return property(read)
-
-
-def _version(tensor: torch.Tensor) -> int | None:
-    """How often a tensor was written into; None where torch does not count it."""
-    return None if tensor.is_inference() else tensor._version
 
 
 class AssetData(EntityData):
@@ -91,7 +87,7 @@ class BodyData(AssetData):
         self._root_stands = free_qpos_adr is None and mocap_id is None and model.body_weldid[body_ids[0]] == 0
         self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
         self._kept_is_aligned = False
-        self._origins_version = _version(env_origins_w)
+        self._origins_version = version_of(env_origins_w)
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
         self.default_mass = torch.tensor(model.body_mass[body_ids], dtype=torch.float32, device=device).repeat(
@@ -114,7 +110,7 @@ class BodyData(AssetData):
         """Forget cached values, other than the pose of a root that is fixed to the world."""
         super().invalidate()
         if self._kept:
-            if self._origins_moved() or any(map(_version, self._kept.values())):  # somebody wrote into them
+            if self._origins_moved() or any(map(version_of, self._kept.values())):  # somebody wrote into them
                 self._kept.clear()
             self._cache.update(self._kept)
 
@@ -132,15 +128,13 @@ class BodyData(AssetData):
     def root_is_aligned(self) -> bool:
         """Whether the root is fixed to the world with its axes along the world's, in every environment: then nothing
         has to be turned from the one frame into the other."""
-        if not self._root_stands:
-            return False
-        if "root_link_quat_w" not in self._kept:
+        if self._root_stands:
             self.root_link_quat_w  # noqa: B018 - is kept now, where it can be
         return self._kept_is_aligned and "root_link_quat_w" in self._kept
 
     def _origins_moved(self) -> bool:
         """Whether the environments' origins may have been changed."""
-        return self._origins_version is None or self._origins_version != _version(self._origins_w)
+        return self._origins_version is None or self._origins_version != version_of(self._origins_w)
 
     # -- root pose
 

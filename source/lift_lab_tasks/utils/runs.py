@@ -206,13 +206,13 @@ def note_annealing(agent_cfg: Any, overrides: Sequence[str], say: Callable[[str]
         overrides: overrides that were applied.
         say: takes the line.
     """
-    algorithm = agent_cfg.algorithm
-    for name in ("gamma", "entropy_coef", "desired_kl"):
-        path, final = f"agent.algorithm.{name}", getattr(algorithm, f"{name}_final", None)
+    algorithm = vars(agent_cfg.algorithm)
+    for name, value in algorithm.items():
+        path, final = f"agent.algorithm.{name}", algorithm.get(f"{name}_final")
         if final is not None and names_path(overrides, path) and not names_path(overrides, f"{path}_final"):
-            begin, end = algorithm.anneal_iterations
+            begin, end = algorithm["anneal_iterations"]
             say(
-                f"{path} is {getattr(algorithm, name)} at first and goes to {final} over iterations {begin} to {end}; "
+                f"{path} is {value} at first and goes to {final} over iterations {begin} to {end}; "
                 f"{path}_final=null keeps it"
             )
 

@@ -1,9 +1,6 @@
 """A scene that tests of assets share: an arm of two links on hinges, and a box."""
 
-import math
 from pathlib import Path
-
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
@@ -14,48 +11,6 @@ from lift_lab.utils import configclass
 
 NUM_ENVS = 3
 SPACING = 2.0
-
-
-def author_arm(path: Path) -> None:
-    """Two links on hinges about y, fixed to the world: shoulder at 0.5 m, link 1 is 0.4 m long."""
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    root = UsdGeom.Xform.Define(stage, "/Arm").GetPrim()
-    stage.SetDefaultPrim(root)
-    UsdPhysics.ArticulationRootAPI.Apply(root)
-    for name, pos, mass in (
-        ("base", (0, 0, 0.5), 2.0),
-        ("upper", (0, 0, 0.5), 1.0),
-        ("lower", (0.4, 0, 0.5), 0.5),
-    ):
-        link = UsdGeom.Xform.Define(stage, f"/Arm/{name}")
-        link.AddTranslateOp().Set(Gf.Vec3d(*pos))
-        UsdPhysics.RigidBodyAPI.Apply(link.GetPrim())
-        api = UsdPhysics.MassAPI.Apply(link.GetPrim())
-        api.CreateMassAttr(mass)
-        api.CreateCenterOfMassAttr(Gf.Vec3f(0.2, 0, 0) if name != "base" else Gf.Vec3f(0, 0, 0))
-        api.CreateDiagonalInertiaAttr(Gf.Vec3f(0.01, 0.02, 0.02))
-        api.CreatePrincipalAxesAttr(Gf.Quatf(1, 0, 0, 0))
-    fixed = UsdPhysics.FixedJoint.Define(stage, "/Arm/root_joint")
-    fixed.CreateBody1Rel().SetTargets(["/Arm/base"])
-    fixed.CreateLocalPos0Attr(Gf.Vec3f(0, 0, 0.5))
-    for name, body0, body1, at in (
-        ("shoulder", "base", "upper", (0, 0, 0)),
-        ("elbow", "upper", "lower", (0.4, 0, 0)),
-    ):
-        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/Arm/{name}")
-        joint.CreateBody0Rel().SetTargets([f"/Arm/{body0}"])
-        joint.CreateBody1Rel().SetTargets([f"/Arm/{body1}"])
-        joint.CreateLocalPos0Attr(Gf.Vec3f(*at))
-        joint.CreateAxisAttr("Y")
-        joint.CreateLowerLimitAttr(-90.0)
-        joint.CreateUpperLimitAttr(120.0)
-        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular")
-        drive.CreateStiffnessAttr(30.0 * math.pi / 180.0)
-        drive.CreateDampingAttr(3.0 * math.pi / 180.0)
-        drive.CreateMaxForceAttr(25.0)
-    stage.Save()
 
 
 @configclass

@@ -3,11 +3,8 @@
 from pathlib import Path
 
 import pytest
-from arm_and_box import author_arm
 
 
 @pytest.fixture(scope="module")
-def arm_file(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("usd") / "arm.usda"
-    author_arm(path)
-    return path
+def arm_file(tmp_path_factory, author_arm) -> Path:
+    return author_arm(tmp_path_factory.mktemp("usd") / "arm.usda", drives=True)

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 import torch
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import lift_lab.envs.mdp as mdp
 import lift_lab.sim as sim_utils
@@ -25,37 +24,8 @@ DEFAULT_JOINT_POS = {"shoulder": 0.3, "elbow": -0.2}
 
 
 @pytest.fixture(scope="session")
-def arm_file(tmp_path_factory) -> Path:
-    """Two links of 0.4 m on hinges about y, the shoulder at 0.5 m, fixed to the world."""
-    path = tmp_path_factory.mktemp("usd") / "arm.usda"
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    root = UsdGeom.Xform.Define(stage, "/Arm").GetPrim()
-    stage.SetDefaultPrim(root)
-    UsdPhysics.ArticulationRootAPI.Apply(root)
-    for name, x, mass in (("base", 0.0, 2.0), ("upper", 0.0, 1.0), ("lower", 0.4, 0.5)):
-        link = UsdGeom.Xform.Define(stage, f"/Arm/{name}")
-        link.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0.5))
-        UsdPhysics.RigidBodyAPI.Apply(link.GetPrim())
-        api = UsdPhysics.MassAPI.Apply(link.GetPrim())
-        api.CreateMassAttr(mass)
-        api.CreateCenterOfMassAttr(Gf.Vec3f(0.0 if name == "base" else 0.2, 0, 0))
-        api.CreateDiagonalInertiaAttr(Gf.Vec3f(0.01, 0.02, 0.02))
-        api.CreatePrincipalAxesAttr(Gf.Quatf(1, 0, 0, 0))
-    fixed = UsdPhysics.FixedJoint.Define(stage, "/Arm/root_joint")
-    fixed.CreateBody1Rel().SetTargets(["/Arm/base"])
-    fixed.CreateLocalPos0Attr(Gf.Vec3f(0, 0, 0.5))
-    for name, body0, body1, x in (("shoulder", "base", "upper", 0.0), ("elbow", "upper", "lower", 0.4)):
-        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/Arm/{name}")
-        joint.CreateBody0Rel().SetTargets([f"/Arm/{body0}"])
-        joint.CreateBody1Rel().SetTargets([f"/Arm/{body1}"])
-        joint.CreateLocalPos0Attr(Gf.Vec3f(x, 0, 0))
-        joint.CreateAxisAttr("Y")
-        joint.CreateLowerLimitAttr(-90.0)
-        joint.CreateUpperLimitAttr(120.0)
-    stage.Save()
-    return path
+def arm_file(tmp_path_factory, author_arm) -> Path:
+    return author_arm(tmp_path_factory.mktemp("usd") / "arm.usda", drives=False)
 
 
 @configclass

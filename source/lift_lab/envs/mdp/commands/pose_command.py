@@ -10,6 +10,7 @@ from lift_lab.managers import CommandTerm
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.versions import version_of
 
 from .._tensors import is_zero, sample_ranges
 
@@ -54,7 +55,7 @@ class UniformPoseCommand(CommandTerm):
         self.pose_command_b = torch.zeros(self.num_envs, 7, device=self.device)
         self.pose_command_b[:, 3] = 1.0
         self.pose_command_w = self.pose_command_b.clone()
-        self._placed: tuple[torch.Tensor, int] | None = None
+        self._placed: tuple[torch.Tensor, int | None] | None = None
         self._is_measured = False
         self._no_rotation = math_utils.default_orientation(1, self.device)
         self._in_rows(("position_error", "orientation_error"))
@@ -80,13 +81,13 @@ class UniformPoseCommand(CommandTerm):
         self._is_measured = False
 
     def _measure_once(self) -> None:
-        """Measure the state just reached, unless this was done before the resets of this step."""
+        """Measure the step just taken, unless this was done before its resets."""
         if not self._is_measured:
             self._measure()
             self._is_measured = True
 
     def _measure(self) -> None:
-        """Write those metrics that follow from the state, of all environments."""
+        """Write the metrics of the step just taken, of all environments."""
         self._place_commands()
         wanted_pos, wanted_quat = self.pose_command_w.split_with_sizes((3, 4), dim=-1)
         pos, quat = self.robot.data.link_pose_of(self.body_idx)
@@ -144,12 +145,11 @@ class UniformPoseCommand(CommandTerm):
         else:
             pose = math_utils.combine_frame_transforms(pos_w, data.root_quat_w[env_ids], pos_b, quat_b)
         self.pose_command_w[env_ids] = torch.cat(pose, dim=-1)
-        if not self.pose_command_b.is_inference():
-            self._placed = self.pose_command_b, self.pose_command_b._version
+        self._placed = self.pose_command_b, version_of(self.pose_command_b)
 
     def _written(self) -> bool:
         """Whether anybody else wrote commands since they were last put into the world, as far as that can be told."""
         if self._placed is None:
             return True
         command, version = self._placed
-        return command is not self.pose_command_b or command._version != version
+        return command is not self.pose_command_b or version is None or version != version_of(command)

@@ -10,6 +10,7 @@ from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
 from lift_lab.envs.mdp._tensors import block, columns, compact_index, range_limits, sample_ranges
 from lift_lab.utils import configclass
 from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.versions import version_of
 
 if TYPE_CHECKING:
     from lift_lab.assets import DeformableObject, RigidObject
@@ -45,7 +46,6 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._smoothness, self._steps, self._held = rows[-4:-2], rows[-2], rows[-1]
         self._success_step = torch.zeros(self.num_envs, dtype=torch.long, device=self.device)
         self._cache: tuple[torch.Tensor, int | None, torch.Tensor] | None = None
-        self._is_smoothness_current = False
         self._missed_goals: tuple[torch.Tensor, torch.Tensor] | None = None
         self._practice_share, self._practice_spread_m = 0.0, 0.0
         self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
@@ -111,16 +111,10 @@ class ObjectPoseCommand(UniformPoseCommand):
 
     def finish_episodes(self, env_ids: torch.Tensor) -> None:
         """Count the last step of the episodes that end; where the physics failed, its smoothness is left out."""
-        self._measure_last_step()
-
-    def _measure_last_step(self) -> None:
         self._measure_once()
-        if not self._is_smoothness_current:
-            self._update_smoothness()
-            self._is_smoothness_current = True
 
     def _foretell_counted(self, ended: torch.Tensor) -> list[Foretold]:
-        self._measure_last_step()  # a success of it counts, and a GPU is busy until the answer comes
+        self._measure_once()  # a success of the last step counts, and a GPU is busy until the answer comes
         succeeded = ended & (self.metrics["success"] > 0)
         counts = self.counts
         if counts is not None:
@@ -143,16 +137,13 @@ class ObjectPoseCommand(UniformPoseCommand):
     def _update_metrics(self) -> None:
         self._succeeded_ids = None
         super()._update_metrics()
-        if not self._is_smoothness_current:
-            self._update_smoothness()
-        self._is_smoothness_current = False
 
     @property
     def object_distance(self) -> torch.Tensor:
         """Distance in m from the object to the commanded position at the present state, shape (num_envs,)."""
         self._place_commands()
         pos_w = self.object.data.root_pos_w
-        version = None if self.pose_command_w.is_inference() else self.pose_command_w._version
+        version = version_of(self.pose_command_w)
         if self._cache is not None and version is not None:
             of_pos_w, at_version, distance = self._cache
             if of_pos_w is pos_w and at_version == version:
@@ -172,6 +163,7 @@ class ObjectPoseCommand(UniformPoseCommand):
         dropped, held = metrics["first_pick_drop"], self._held
         torch.maximum(dropped, held * (height_m < low_m), out=dropped)
         held.masked_fill_(height_m > high_m, 1.0)
+        self._update_smoothness()
 
     def _update_smoothness(self) -> None:
         """Running means over the steps of the episode, without steps in which the physics failed."""
