@@ -187,6 +187,33 @@ def test_newest_changes_to_each_checkpoint_that_training_writes(run_session, run
     assert "model_50.pt" in run_session._panel.policy.options
 
 
+@pytest.mark.parametrize("name", ["../secret.pt", "/etc/passwd", "model_9.pt/../model_9.pt", "model_99.pt", ""])
+def test_a_page_can_only_choose_a_policy_of_the_list(run_session, run, name):
+    (run.parent / "secret.pt").write_text("7")
+    run_session._post("policy", name)
+    run_session.run(1)
+    assert run_session._policy.current == "model_9.pt"
+    assert f"no file '{name}' in '{run}'" in run_session.problem
+
+
+@pytest.mark.parametrize(
+    ("what", "value", "problem"),
+    [
+        ("speed", "9e999", "speed '9e999'"),
+        ("env", 3, "no environment 3; choose one from 0 to 2"),
+        ("env", -1, "no environment -1"),
+        ("env", float("nan"), "no environment nan"),
+        ("goal", [float("nan"), 0.0, 0.4], r"object_pose.pos_x: nan is not between 0.4 and 0.6"),
+        ("goal", [9.0, 0.0, 0.4], r"object_pose.pos_x: 9.0 is not between 0.4 and 0.6"),
+    ],
+)
+def test_a_value_that_no_control_offers_is_refused_and_the_session_goes_on(session, what, value, problem):
+    session._post(what, value)
+    session.run(2)
+    assert session.steps == 2
+    assert problem in session.problem
+
+
 class Runner:
     """Loads a checkpoint's text as a constant action."""
 

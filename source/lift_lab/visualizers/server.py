@@ -1,4 +1,4 @@
-"""The viewer's server, on the loopback interface only."""
+"""The viewer's server, on the loopback interface and for its own pages only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import io
 import socket
 from typing import TYPE_CHECKING
 
-from lift_lab.utils.errors import LiftLabError, MissingPackageError
+from lift_lab.utils.errors import MissingPackageError
+
+from .origin import ViewerError, check_refuses, own_pages_only
 
 if TYPE_CHECKING:
     import viser
@@ -18,10 +20,6 @@ HOST = "127.0.0.1"
 
 DEFAULT_PORT = 8080
 """Port of the viewer unless told otherwise."""
-
-
-class ViewerError(LiftLabError, RuntimeError):
-    """The viewer cannot do what was asked."""
 
 
 def require_viser() -> None:
@@ -35,7 +33,7 @@ def require_viser() -> None:
 
 
 def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.ViserServer:
-    """Start a server.
+    """Start a server. It refuses requests of pages of other sites, and those that are addressed to another machine.
 
     Args:
         port: where it listens; 0 takes any free one.
@@ -43,7 +41,7 @@ def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.Vis
 
     Raises:
         MissingPackageError: viser is not installed.
-        ViewerError: the port is taken or no port.
+        ViewerError: the port is taken or no port, or other sites' pages cannot be refused.
     """
     require_viser()
     if not 0 <= port <= 65535:
@@ -52,11 +50,16 @@ def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.Vis
 
     import viser
 
-    with contextlib.redirect_stdout(io.StringIO()):  # it prints a box of its own
+    with own_pages_only(), contextlib.redirect_stdout(io.StringIO()):  # it prints a box of its own
         server = viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
     if port and server.get_port() != port:  # somebody was faster; viser then moves on to the next port
         server.stop()
         raise ViewerError(_taken(port))
+    try:
+        check_refuses(HOST, server.get_port())
+    except ViewerError:
+        server.stop()
+        raise
     server.scene.set_up_direction("+z")
     return server
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import torch
 
+from lift_lab.utils.errors import ConfigError
+
 
 @dataclass
 class GoalRange:
@@ -47,7 +49,13 @@ class GoalControl:
 
         Args:
             values: one for each of :attr:`ranges`.
+
+        Raises:
+            ConfigError: a value is outside its range or no number.
         """
+        for goal, value in zip(self.ranges, values, strict=True):
+            if not goal.low <= value <= goal.high:
+                raise ConfigError(f"{goal.term}.{goal.field}: {value} is not between {goal.low} and {goal.high}")
         for goal, value in zip(self.ranges, values, strict=True):
             self._write(goal, (value, value))
         self._draw()

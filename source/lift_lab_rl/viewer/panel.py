@@ -44,7 +44,7 @@ class Panel:
         with gui.add_folder("View"):
             if num_envs > 1:
                 chosen = gui.add_number("Environment", 0, min=0, max=num_envs - 1, step=1)
-                chosen.on_update(lambda event: post("env", int(event.target.value)))
+                chosen.on_update(lambda event: post("env", event.target.value))
             shown = gui.add_checkbox("Commands", True)
             shown.on_update(lambda event: post("show_commands", event.target.value))
             frames = gui.add_checkbox("Sensor frames", False)

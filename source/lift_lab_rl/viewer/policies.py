@@ -9,7 +9,7 @@ from typing import Any
 
 import torch
 
-from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab.utils.errors import ConfigError, FileError, LiftLabError, suggest
 
 
 class ViewedPolicy(ABC):
@@ -97,7 +97,9 @@ class CheckpointPolicy(ViewedPolicy):
         return sorted(found | {self.current}, key=_by_iteration)
 
     def choose(self, name: str) -> None:
-        before = self.current
+        before, choices = self.current, self.choices()
+        if name not in choices:  # a page may send any text, also a path to another folder
+            raise FileError(f"no file '{name}' in '{self._folder}'; {suggest(name, choices)}")
         try:
             self._load(name)
         except ConfigError as error:

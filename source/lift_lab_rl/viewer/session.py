@@ -9,12 +9,12 @@ from typing import Any
 import torch
 
 from lift_lab.envs.filming import update_markers
-from lift_lab.utils.errors import LiftLabError
+from lift_lab.utils.errors import ConfigError, LiftLabError, suggest
 from lift_lab.visualizers import BodyLayer, MarkerLayer
 
 from . import tables
 from .goals import GoalControl
-from .panel import Panel
+from .panel import SPEEDS, Panel
 from .policies import CheckpointPolicy, ViewedPolicy
 from .replay import look_at, viewpoint
 from .success import SuccessCounter
@@ -140,7 +140,10 @@ class ViewerSession:
             asked.append(self._asked.get())
         for i, (name, values) in enumerate(asked):
             if name != "goal" or all(later != "goal" for later, _ in asked[i + 1 :]):  # a slider's last position counts
-                getattr(self, f"_do_{name}")(*values)
+                try:
+                    getattr(self, f"_do_{name}")(*values)
+                except LiftLabError as error:
+                    self._report(str(error))
         return bool(asked)
 
     def _do_pause(self) -> None:
@@ -156,11 +159,19 @@ class ViewerSession:
         self._env.reset()
         self._success.forget()
 
+    def _report(self, problem: str) -> None:
+        self._problem = problem
+        print(f"viewer: {problem}")
+
     def _do_speed(self, text: str) -> None:
+        if text not in SPEEDS:
+            raise ConfigError(f"speed '{text}'; {suggest(text, SPEEDS)}")
         self._speed = float(text) if text[0].isdigit() else 0.0
 
-    def _do_env(self, env_id: int) -> None:
-        self._env_id = min(max(env_id, 0), self._env.num_envs - 1)
+    def _do_env(self, number: float) -> None:
+        if number not in range(self._env.num_envs):
+            raise ConfigError(f"there is no environment {number}; choose one from 0 to {self._env.num_envs - 1}")
+        self._env_id = int(number)
         origins_w = self._inner.scene.env_origins
         look_at(self._server, self._bodies, origins_w, self._env_id)
         eye, target = viewpoint(self._bodies, origins_w, self._env_id)
@@ -189,8 +200,7 @@ class ViewerSession:
             self._policy.choose(name)
             self._problem = None
         except LiftLabError as error:
-            self._problem = str(error)
-            print(f"viewer: {error}")
+            self._report(str(error))
             self._panel.policy.value = self._policy.current
         self._success.forget()
 
