@@ -21,6 +21,7 @@ from lift_lab.usd.geoms import Collider, place
 from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage, value_of
+from lift_lab.usd.report import UsdImportError
 from lift_lab.usd.shapes import GEOM, local_affine
 from lift_lab.usd.units import Pose, polar, quat_to_mat
 
@@ -29,7 +30,7 @@ WATER = 1000.0
 _BALL_RADIUS = 0.1
 """Radius in m of the ball whose inertia usd-core gives a body that has a mass and no collider."""
 _SMALLEST = 1e-15
-"""MuJoCo's smallest mass and moment of a body that moves."""
+"""MuJoCo's smallest mass and moment of a body that moves (mjMINVAL)."""
 _ROUNDING = 1e-4
 """Relative violation of the triangle inequality that is taken for float32 rounding."""
 
@@ -91,8 +92,8 @@ def read_explicit(parsed: ParsedStage, prim: Usd.Prim, frame: Pose) -> Explicit:
     diagonal = value_of(prim, "physics:diagonalInertia")
     if diagonal is not None and any(diagonal):
         values = np.array(diagonal, dtype=float)
-        if not (np.isfinite(values).all() and (values > 0).all()):
-            raise parsed.fail(prim, "physics:diagonalInertia", f"must be positive (0 means unset), is {tuple(values)}")
+        if not (np.isfinite(values).all() and (values >= 0).all()):
+            raise parsed.fail(prim, "physics:diagonalInertia", f"must not be negative, is ({_listed(values)})")
         axes = value_of(prim, "physics:principalAxes")
         found.diagonal = values * units.factor("inertia_tensor")
         found.axes = rotation @ (quat_to_mat(axes) if axes is not None else np.eye(3))
@@ -111,12 +112,15 @@ def set_inertials(
 ) -> None:
     """Give every rigid body an explicit inertial.
 
+    A body without a degree of freedom of its own may have no mass or inertia: MuJoCo needs them only of the bodies
+    that move, or of one that is welded to such a body.
+
     Args:
         bodies: MuJoCo body, world frame and whether it has a degree of freedom of its own, by prim path.
         colliders: All enabled colliders.
 
     Raises:
-        UsdImportError: A body that moves has no mass.
+        UsdImportError: A body that moves has too little mass or inertia, or a value is no inertia at all.
     """
     explicit = {path: read_explicit(parsed, parsed.prim(path), frame) for path, (_, frame, _) in bodies.items()}
     incomplete = {p for p, e in explicit.items() if e.mass is None or e.com is None or e.tensor is None}
@@ -128,6 +132,9 @@ def set_inertials(
         inertial = _combine(parsed, path, explicit[path], parts[path], moving)
         if inertial is not None:
             _write(parsed, path, body, inertial, explicit[path])
+    for path, (body, _, moving) in bodies.items():
+        if moving and not _carries(body):
+            raise _too_light(parsed, path, body, explicit[path])
     for path in list(parsed.scenes)[:1]:
         wanted = dialects.resolve(parsed, dialects.SCENE, "total mass", parsed.prim(path))
         total = sum(body.mass for body, _, _ in bodies.values())
@@ -199,8 +206,6 @@ def _combine(
             mass, tensor = 1.0, 0.4 * _BALL_RADIUS**2 * np.eye(3)
             reason = "no mass, density or collider: a ball of 1 kg and 0.1 m, as PhysX assumes"
             parsed.report.approximate(path, "physics:mass", reason)
-        else:
-            raise parsed.fail(path, "physics:mass", "a body that moves needs a mass or a collider with volume")
     elif total <= 0 and explicit.tensor is None:
         tensor = 0.4 * mass * _BALL_RADIUS**2 * np.eye(3)
         reason = "a mass without inertia or collider: the inertia of a ball of 0.1 m, as usd-core assumes"
@@ -221,19 +226,54 @@ def _write(parsed: ParsedStage, path: str, body: mujoco.MjsBody, inertial: Inert
     else:
         tensor = explicit.full if explicit.full is not None else inertial.tensor
         if not np.isfinite(tensor).all():
-            raise parsed.fail(path, "physics:mass", "mass or inertia is not finite")
+            raise parsed.fail(path, _inertia_attribute(explicit), "mass or inertia is not finite")
         moments, axes = np.linalg.eigh(tensor)
         axes = axes * np.sign(np.linalg.det(axes))
-    if not (np.isfinite(moments).all() and moments.min() > _SMALLEST and inertial.mass > _SMALLEST):
-        reason = f"mass {inertial.mass:g} kg and moments {moments} kg m^2 must be finite and above {_SMALLEST:g}"
-        raise parsed.fail(path, "physics:diagonalInertia", reason)
+    if not (np.isfinite(moments).all() and np.isfinite(inertial.mass)):
+        raise parsed.fail(path, _inertia_attribute(explicit), "mass or inertia is not finite")
+    if moments.min() < -1e-6 * np.abs(moments).max():
+        reason = f"no inertia: a principal moment is negative, {_listed(moments)} kg m^2"
+        raise parsed.fail(path, _inertia_attribute(explicit), reason)
+    moments = np.maximum(moments, 0.0)
     largest, others = int(np.argmax(moments)), float(np.sort(moments)[:2].sum())
     if moments[largest] > others:
-        excess = float(moments[largest] / others - 1)
+        excess = float(moments[largest] / others - 1) if others > 0 else np.inf
         cause = "float32 rounding" if excess < _ROUNDING else f"no rigid body has it, by {100 * excess:.2g} %"
         if excess > 1e-9:
             reason = f"largest moment lowered to the sum of the others ({cause})"
-            parsed.report.approximate(path, "physics:diagonalInertia", reason)
+            parsed.report.approximate(path, _inertia_attribute(explicit), reason)
         moments = moments.copy()
         moments[largest] = others * (1 - 1e-12)
     body.inertia, body.iquat = moments, Pose(np.zeros(3), axes).quat
+
+
+def _inertia_attribute(explicit: Explicit) -> str:
+    """The attribute that the inertia of a body comes from."""
+    if explicit.full is not None:
+        return INERTIA_6
+    return "physics:diagonalInertia" if explicit.diagonal is not None else "physics:mass"
+
+
+def _carries(body: mujoco.MjsBody) -> bool:
+    """Whether a body, or one that is welded to it, has the mass and inertia that MuJoCo needs of one that moves."""
+    stack = [body]
+    while stack:
+        body = stack.pop()
+        if body.mass >= _SMALLEST and np.min(body.inertia) >= _SMALLEST:
+            return True
+        stack += [child for child in body.bodies if not child.joints]
+    return False
+
+
+def _too_light(parsed: ParsedStage, path: str, body: mujoco.MjsBody, explicit: Explicit) -> UsdImportError:
+    """The error for a body that moves: it names the attribute that is too small, or where both would come from."""
+    needs = f"a body that moves, or one welded to it, needs a mass of {_SMALLEST:g} kg and moments of {_SMALLEST:g}"
+    if body.mass < _SMALLEST:
+        source = "" if explicit.mass is not None else ": give it a mass, or a collider with volume"
+        return parsed.fail(path, "physics:mass", f"{needs} kg m^2 at least; the mass is {body.mass:g} kg{source}")
+    reason = f"{needs} kg m^2 at least; the moments are {_listed(body.inertia)}"
+    return parsed.fail(path, _inertia_attribute(explicit), reason)
+
+
+def _listed(numbers: np.ndarray) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)

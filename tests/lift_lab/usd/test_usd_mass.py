@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
@@ -210,6 +211,92 @@ def test_a_massless_frame_welded_to_a_link_stays_massless(author):
     model, _ = a.load()
     assert model.body("tool").mass[0] == 0
     assert model.body_parentid[model.body("tool").id] == model.body("link").id
+
+
+ZERO, TINY = [0.0] * 6, [1e-20, 1e-20, 1e-20, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("held_by", ["/Robot/link", None])
+@pytest.mark.parametrize(
+    ("mass", "newton", "diagonal", "moments"),
+    [
+        (1e-9, ZERO, (0, 0, 0), (0, 0, 0)),  # as URDF converters write a frame link
+        (1e-9, None, (1e-20, 1e-20, 1e-20), (1e-20, 1e-20, 1e-20)),
+        (1e-20, TINY, None, (1e-20, 1e-20, 1e-20)),
+        (1.0, ZERO, None, (0, 0, 0)),
+        (1.0, None, (0, 2e-5, 2e-5), (0, 2e-5, 2e-5)),
+    ],
+)
+def test_a_welded_link_may_have_no_mass_or_inertia_as_in_mujoco(author, held_by, mass, newton, diagonal, moments):
+    a = author()
+    a.body("/Robot/link")
+    a.body("/Robot/frame", mass=None)
+    a.mass("/Robot/frame", mass=mass)
+    if diagonal:
+        a.mass("/Robot/frame", diagonalInertia=Gf.Vec3f(*diagonal))
+    if newton:
+        a.attrs("/Robot/frame", {"newton:inertia": newton}, "NewtonMassAPI")
+    a.joint("/Robot/weld", "FixedJoint", held_by, "/Robot/frame")
+    inner = f'<body name="frame"><inertial pos="0 0 0" mass="{mass}" diaginertia="{" ".join(map(str, moments))}"/></body>'
+    link = '<body name="link"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia=".01 .01 .01"/>'
+    tree = f"{link}{inner}</body>" if held_by else f"{link}</body>{inner}"
+    expected = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{tree}</worldbody></mujoco>")
+    model, report = a.load()
+    for name in ("link", "frame"):
+        assert model.body(name).mass[0] == pytest.approx(expected.body(name).mass[0], rel=1e-6)
+        np.testing.assert_allclose(sorted(model.body(name).inertia), sorted(expected.body(name).inertia), rtol=1e-6)
+    assert report.approximated == []
+
+
+def test_a_moving_link_without_mass_may_be_carried_by_one_welded_to_it(author):
+    """MuJoCo asks for mass and inertia of a moving body or of one welded to it."""
+    a = author()
+    a.body("/Robot/base", mass=None)
+    a.mass("/Robot/base", mass=1e-20)
+    a.body("/Robot/plate", mass=None)
+    a.mass("/Robot/plate", mass=1e-20)
+    a.body("/Robot/trunk", mass=2.0)
+    a.joint("/Robot/w", "FixedJoint", "/Robot/base", "/Robot/plate")
+    a.joint("/Robot/v", "FixedJoint", "/Robot/plate", "/Robot/trunk")
+    model, _ = a.load()
+    assert model.nv == 6
+    assert model.body_mass.tolist() == pytest.approx([0, 1e-20, 1e-20, 2.0], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("values", "newton", "attribute"),
+    [
+        ({"mass": 1.0}, ZERO, "newton:inertia"),
+        ({"mass": 1.0}, TINY, "newton:inertia"),
+        ({"mass": 1.0, "diagonalInertia": Gf.Vec3f(1, 1, 1)}, ZERO, "newton:inertia"),
+        ({"mass": 1.0}, [1.0, 1.0, -1.0, 0.0, 0.0, 0.0], "newton:inertia"),
+        ({"mass": 1.0, "diagonalInertia": Gf.Vec3f(1e-20, 1e-20, 1e-20)}, None, "physics:diagonalInertia"),
+        ({"mass": 1e-20, "diagonalInertia": Gf.Vec3f(1, 1, 1)}, None, "physics:mass"),
+        ({"mass": 1e-14}, None, "physics:mass"),  # the inertia follows from the mass
+        ({"diagonalInertia": Gf.Vec3f(1, 1, 1)}, None, "physics:mass"),
+        ({"density": 1e-20}, None, "physics:mass"),
+    ],
+)
+def test_a_moving_link_that_is_too_light_names_what_is_too_small(author, values, newton, attribute):
+    a = author()
+    a.body("/Robot/link", mass=None)
+    a.mass("/Robot/link", **values)
+    if "density" in values:
+        a.gprim("/Robot/link/box", "Cube", size=0.1)
+    if newton:
+        a.attrs("/Robot/link", {"newton:inertia": newton}, "NewtonMassAPI")
+    with pytest.raises(UsdImportError, match=rf"</Robot/link>\.{attribute}: "):
+        a.load()
+
+
+def test_a_negative_moment_is_refused_of_a_welded_link_too(author):
+    a = author()
+    a.body("/Robot/link")
+    a.body("/Robot/frame")
+    a.attrs("/Robot/frame", {"newton:inertia": [1.0, 1.0, -1.0, 0.0, 0.0, 0.0]}, "NewtonMassAPI")
+    a.joint("/Robot/weld", "FixedJoint", "/Robot/link", "/Robot/frame")
+    with pytest.raises(UsdImportError, match=r"</Robot/frame>\.newton:inertia: .*negative"):
+        a.load()
 
 
 def test_inertia_that_violates_the_triangle_inequality_by_rounding_is_repaired(author, notes):

@@ -111,7 +111,7 @@ def _set_mass(spec: mujoco.MjSpec, cfg: cfgs.MassPropertiesCfg, path: str) -> No
                 geom.mass = float("nan")
                 geom.density = cfg.density if geom in colliders else 0.0
         elif body.explicitinertial:
-            scale = cfg.mass / body.mass
+            scale = cfg.mass / body.mass if body.mass > 0 else 1.0
             body.mass = cfg.mass
             body.inertia = body.inertia * scale
             body.fullinertia = body.fullinertia * scale
