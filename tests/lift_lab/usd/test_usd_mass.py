@@ -237,7 +237,9 @@ def test_a_welded_link_may_have_no_mass_or_inertia_as_in_mujoco(author, held_by,
     if newton:
         a.attrs("/Robot/frame", {"newton:inertia": newton}, "NewtonMassAPI")
     a.joint("/Robot/weld", "FixedJoint", held_by, "/Robot/frame")
-    inner = f'<body name="frame"><inertial pos="0 0 0" mass="{mass}" diaginertia="{" ".join(map(str, moments))}"/></body>'
+    inner = (
+        f'<body name="frame"><inertial pos="0 0 0" mass="{mass}" diaginertia="{" ".join(map(str, moments))}"/></body>'
+    )
     link = '<body name="link"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia=".01 .01 .01"/>'
     tree = f"{link}{inner}</body>" if held_by else f"{link}</body>{inner}"
     expected = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{tree}</worldbody></mujoco>")
