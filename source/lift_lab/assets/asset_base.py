@@ -12,6 +12,7 @@ import torch
 
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.sim.schemas import apply_schemas
+from lift_lab.sim.spawners.file_options import adopt_scene_options
 from lift_lab.sim.spawners.spawner_cfg import Spawned
 from lift_lab.usd.filters import separate_classes
 from lift_lab.utils.attributes import Entity
@@ -74,6 +75,7 @@ class AssetBase(Entity):
         self._edit_spec(child)
         if spawned.report is not None:
             separate_classes(child, spawned.report.contact_classes, spec)
+        adopt_scene_options(spawned, spec, f"scene.{name}")
         frame = spec.worldbody.add_frame(pos=list(self.cfg.init_state.pos), quat=self._init_quat())
         spec.attach(child, prefix=f"{name}/", frame=frame)
 

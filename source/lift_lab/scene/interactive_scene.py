@@ -58,6 +58,7 @@ class InteractiveScene:
         self.num_envs = cfg.num_envs
         self.device = sim.device
         self.spec = mujoco.MjSpec()
+        sim.configure(self.spec)  # its options hold for every asset that joins
         self._origins = grid_origins(cfg.num_envs, cfg.env_spacing, self.device)
         self._articulations: dict[str, Articulation] = {}
         self._rigid_objects: dict[str, RigidObject] = {}

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import mujoco
 
 from lift_lab.sim.spawners import GroundPlaneCfg, RigidBodyMaterialCfg, VisualMaterialCfg
+from lift_lab.sim.spawners.file_options import adopt_scene_options
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
 
@@ -38,5 +39,6 @@ class TerrainImporterCfg:
         if self.terrain_type != "plane":
             raise ConfigError(f"scene.{name}.terrain_type '{self.terrain_type}' is not supported; choose 'plane'")
         cfg = GroundPlaneCfg(physics_material=self.physics_material, color=None)
-        child = cfg.func(self.prim_path, cfg).spec
-        spec.attach(child, prefix=f"{name}/", frame=spec.worldbody.add_frame())
+        spawned = cfg.func(self.prim_path, cfg)
+        adopt_scene_options(spawned, spec, f"scene.{name}")
+        spec.attach(spawned.spec, prefix=f"{name}/", frame=spec.worldbody.add_frame())

@@ -20,6 +20,7 @@ from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
 from lift_lab.usd.newton import add_newton_actuators
 from lift_lab.usd.parse import ParsedStage
+from lift_lab.usd.report import OptionSource
 from lift_lab.usd.tree import Forest, Link, build_forest
 from lift_lab.usd.units import Pose
 from lift_lab.usd.visuals import add_visuals
@@ -70,11 +71,18 @@ class Builder:
             if not (np.isfinite(magnitude) and np.isfinite(direction).all()):
                 raise self.parsed.fail(prim, "physics:gravityMagnitude", "gravity is not finite")
             gravity = units.up @ direction * magnitude + 0.0
-            if dialects.resolve(self.parsed, dialects.SCENE, "gravity switch", prim) in (False, 0.0):
+            switch = dialects.resolve(self.parsed, dialects.SCENE, "gravity switch", prim)
+            if switch in (False, 0.0):
                 gravity = np.zeros(3)
             rate = dialects.resolve(self.parsed, dialects.SCENE, "step rate", prim)
+            options = self.parsed.report.options
+            names = [f"physics:gravity{part}" for part in ("Magnitude", "Direction")]
+            authored = [name for name in names if prim.GetAttribute(name).HasAuthoredValue()]
+            authored += ["gravity switch"] if switch is not None else []
+            options += [OptionSource(path, name, "gravity") for name in authored[:1]]
             if rate:
                 self.spec.option.timestep = 1.0 / rate
+                options.append(OptionSource(path, "timeStepsPerSecond", "timestep"))
             mjc.read_options(self.parsed, prim, self.spec)
         self.spec.option.gravity = gravity
 

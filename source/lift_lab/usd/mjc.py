@@ -10,6 +10,7 @@ from pxr import Usd
 
 from lift_lab.usd.names import Names
 from lift_lab.usd.parse import ParsedStage, targets_of, value_of
+from lift_lab.usd.report import OptionSource
 
 _LIMITED = {
     "true": mujoco.mjtLimited.mjLIMITED_TRUE,
@@ -102,11 +103,15 @@ def _range(parsed: ParsedStage, prim: Usd.Prim, key: str, element: Any, field: s
 
 def read_options(parsed: ParsedStage, prim: Usd.Prim, spec: mujoco.MjSpec) -> None:
     """MjcSceneAPI: mjc:option:* and mjc:flag:*."""
+    path, options = str(prim.GetPath()), parsed.report.options
     _copy(prim, spec.option, {f"mjc:option:{name}": name for name in _OPTIONS})
     for name, choices in _ENUMS.items():
         value = _choice(parsed, prim, f"mjc:option:{name}", choices)
         if value is not None:
             setattr(spec.option, name, value)
+    for name in (*_OPTIONS, *_ENUMS):
+        if value_of(prim, f"mjc:option:{name}") is not None:
+            options.append(OptionSource(path, f"mjc:option:{name}", name))
     for attribute in prim.GetAuthoredPropertiesInNamespace("mjc:flag"):
         name, value = attribute.GetName().split(":")[-1], value_of(prim, attribute.GetName())
         if name == "gravity" or value is None:
@@ -120,6 +125,7 @@ def read_options(parsed: ParsedStage, prim: Usd.Prim, spec: mujoco.MjSpec) -> No
         field = "enableflags" if enables else "disableflags"
         current = int(getattr(spec.option, field))
         setattr(spec.option, field, current | int(bit) if bool(value) == enables else current & ~int(bit))
+        options.append(OptionSource(path, attribute.GetName(), field, int(bit)))
 
 
 def add_elements(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names) -> None:

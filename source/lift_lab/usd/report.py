@@ -38,6 +38,20 @@ class Note:
     """True for settings of another engine's solver: they change no physical quantity, and `strict` passes them."""
 
 
+@dataclass(frozen=True)
+class OptionSource:
+    """A simulation option that a stage sets, as its gravity or its time step."""
+
+    prim_path: str
+    """Prim of the physics scene."""
+    attribute: str
+    """Attribute that sets it."""
+    field: str
+    """Field of the spec's `option`."""
+    bit: int = 0
+    """The flag, where the field holds several."""
+
+
 @dataclass
 class ImportReport:
     """What was read from a stage, what was approximated and what was ignored."""
@@ -66,6 +80,8 @@ class ImportReport:
     """Joint positions other than zero that the stage starts with, in rad or m, by joint name."""
     initial_ctrl: dict[str, float] = field(default_factory=dict)
     """Drive targets other than zero, in rad, m, rad/s or m/s, by actuator name."""
+    options: list[OptionSource] = field(default_factory=list)
+    """Simulation options that the stage sets; a scene replaces them by those of `SimulationCfg`."""
     contact_classes: int = 0
     """Classes of colliders with contact rules of their own; each has a bit of contype, from bit 1 on."""
     ignored: list[Note] = field(default_factory=list)
