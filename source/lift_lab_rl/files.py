@@ -6,7 +6,6 @@ import contextlib
 import io
 import json
 import os
-import pickle
 import sys
 import warnings
 from pathlib import Path
@@ -15,6 +14,8 @@ from typing import Any
 import torch
 
 from lift_lab.utils.errors import FileError
+
+from .digest import add_digest, damage
 
 
 def write_atomically(path: str | Path, data: bytes) -> None:
@@ -93,27 +94,42 @@ def _sync_folder(folder: Path) -> None:
 
 
 def save_torch(path: str | Path, content: Any) -> None:
-    """:func:`torch.save`, atomically. Equal content gives equal bytes, whatever the file is called."""
+    """Write tensors and plain values to a torch file, atomically and with a digest.
+
+    Equal content gives equal bytes, whatever the file is called. ``torch.load`` reads the file, too.
+    """
     buffer = io.BytesIO()
     torch.save(content, buffer)
-    write_atomically(path, buffer.getvalue())
+    write_atomically(path, add_digest(buffer.getvalue()))
 
 
 def load_torch(path: str | Path, map_location: str | None = "cpu") -> Any:
     """Read a file of tensors and plain values; code in it is not run.
 
+    Args:
+        path: the file. One without a digest is read, too.
+        map_location: device of the tensors.
+
+    Returns:
+        What the file holds.
+
     Raises:
-        FileError: no such file, or not a checkpoint.
+        FileError: there is no such file, it is damaged, or it is no file of tensors and plain values.
     """
     if not Path(path).is_file():
         raise FileError(f"no file '{path}'")
     try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise FileError(f"cannot read '{path}': {error.strerror or error}") from error
+    problem = damage(data)
+    if problem is not None:
+        raise FileError(f"cannot read '{path}': {problem}")
+    try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of TorchScript, which ends in an error anyway
-            return torch.load(path, map_location=map_location, weights_only=True)
-    except PermissionError as error:
-        raise FileError(f"cannot read '{path}': {error.strerror}") from error
-    except (RuntimeError, EOFError, OSError, ValueError, LookupError, TypeError, pickle.UnpicklingError) as error:
+            return torch.load(io.BytesIO(data), map_location=map_location, weights_only=True)
+    except Exception as error:  # of a file that is something else, anything can be wrong
         raise FileError(f"cannot read '{path}': it is no checkpoint (model_N.pt), or not a whole one") from error
 
 

@@ -1,12 +1,15 @@
 """Files are whole or not there, and what cannot be written or read is named with its path."""
 
+import hashlib
 import resource
+import zipfile
 
 import pytest
 import torch
 
 from lift_lab.utils.errors import FileError
-from lift_lab_rl.files import check_target, load_torch, read_json, write_atomically
+from lift_lab_rl.digest import damage
+from lift_lab_rl.files import check_target, load_torch, read_json, save_torch, write_atomically
 from lift_lab_rl.run_params import read_params
 
 
@@ -53,3 +56,56 @@ def test_settings_that_cannot_be_read_are_named(tmp_path, content):
     with pytest.raises(FileError, match=r"cannot read '.*agent\.yaml': "):
         read_params(tmp_path, "agent")
     assert read_params(tmp_path, "run") == {}
+
+
+# -- damage
+
+
+def flipped(data: bytes, position: int) -> bytes:
+    """``data`` with one bit of one byte changed."""
+    return data[:position] + bytes([data[position] ^ 0x10]) + data[position + 1 :]
+
+
+def test_one_flipped_byte_anywhere_is_noticed(tmp_path):
+    path = tmp_path / "model_3.pt"
+    save_torch(path, {"x": torch.arange(5.0), "y": {"z": [1, "text"]}})
+    data = path.read_bytes()
+    assert damage(data) is None
+    assert all(damage(flipped(data, position)) for position in range(len(data)))
+    for position in range(0, len(data), 97):
+        path.write_bytes(flipped(data, position))
+        with pytest.raises(FileError, match=r"^cannot read '.*model_3\.pt': [^\n]+$"):
+            load_torch(path)
+    path.write_bytes(data)
+    assert torch.equal(load_torch(path)["x"], torch.arange(5.0))
+
+
+def test_a_file_with_a_digest_is_an_ordinary_torch_file(tmp_path):
+    save_torch(tmp_path / "model_3.pt", {"x": torch.arange(5.0)})
+    assert torch.equal(torch.load(tmp_path / "model_3.pt", weights_only=True)["x"], torch.arange(5.0))
+    with zipfile.ZipFile(tmp_path / "model_3.pt") as archive:
+        assert archive.testzip() is None
+        covered = (tmp_path / "model_3.pt").read_bytes()[:-64]
+        assert archive.comment == b"lift-lab sha256 " + hashlib.sha256(covered).hexdigest().encode()
+
+
+def test_a_file_without_a_digest_loads_and_its_numbers_are_checked(tmp_path):
+    path = tmp_path / "model_3.pt"
+    numbers = torch.arange(100.0)
+    torch.save({"x": numbers}, path)
+    assert torch.equal(load_torch(path)["x"], numbers)
+    data = path.read_bytes()
+    start = data.index(numbers.numpy().tobytes())
+    for position in range(start, start + 400, 7):
+        path.write_bytes(flipped(data, position))
+        with pytest.raises(FileError, match="the file is damaged"):
+            load_torch(path)
+
+
+@pytest.mark.parametrize("change", [lambda data: data + b"\0", lambda data: data[:-1], lambda data: data[1:]])
+def test_a_longer_or_shorter_file_is_noticed(tmp_path, change):
+    for write in (save_torch, lambda path, content: torch.save(content, path)):
+        write(tmp_path / "a.pt", {"x": torch.zeros(3)})
+        (tmp_path / "a.pt").write_bytes(change((tmp_path / "a.pt").read_bytes()))
+        with pytest.raises(FileError, match=r"^cannot read '[^\n]+$"):
+            load_torch(tmp_path / "a.pt")
