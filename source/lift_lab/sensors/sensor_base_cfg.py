@@ -17,7 +17,8 @@ class SensorBaseCfg:
     prim_path: str = MISSING
     """Isaac Lab's prim path of what the sensor is attached to."""
     update_period: float = 0.0
-    """Isaac Lab's time between updates in s. Sensors here always give the current value."""
+    """Least time between two readings of a contact sensor in s, 0 reads after each physics step.
+    Other sensors always give the current value."""
     history_length: int = 0
     """Number of past readings kept."""
     debug_vis: bool = False

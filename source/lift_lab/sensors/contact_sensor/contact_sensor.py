@@ -36,6 +36,12 @@ _MOST_CONTACTS = 64
 _READS_BETWEEN_CHECKS = 1000
 """How often the readings of a GPU are searched for contacts that had no room: the host waits for the answer."""
 _TIME_TOLERANCE = 1e-6
+"""Least tolerance in s when an update period is compared with the time that has passed."""
+_PERIOD_TOLERANCE = 0.05
+"""The same as a part of the time between two updates: sums of float32 steps are off by far less."""
+_WINDOW_TOLERANCE = 1e-4
+"""Tolerance of the first-contact window as a part of the window. Sums of n float32 steps are off by up to n * 6e-8 of
+their value, and the next step after the window lies 1 / n of it further: between the two up to 1,000 steps."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -196,9 +202,14 @@ class ContactSensor(SensorBase):
                 data.friction_forces_w = torch.zeros_like(data.force_matrix_w)
             if self.cfg.track_contact_points:
                 data.contact_pos_w = torch.full_like(data.force_matrix_w, float("nan"))
+        self._update_dt = 0.0
+        self._contact_age: torch.Tensor | None = None  # time since contact began, also between readings
+        self._air_age: torch.Tensor | None = None
         if self.cfg.track_air_time:
             data.current_air_time, data.last_air_time = torch.zeros(2, *shape, device=device)
             data.current_contact_time, data.last_contact_time = torch.zeros(2, *shape, device=device)
+            if self.cfg.update_period > 0:
+                self._contact_age, self._air_age = torch.zeros(2, *shape, device=device)
         self._read_poses()
 
     # -- stepping
@@ -215,32 +226,53 @@ class ContactSensor(SensorBase):
         if data.contact_pos_w is not None:
             data.contact_pos_w[rows] = float("nan")
         self._elapsed[rows] = 0.0
+        if self._contact_age is not None and self._air_age is not None:
+            self._contact_age[rows] = 0.0
+            self._air_age[rows] = 0.0
         self._read_poses()
 
     def update(self, dt: float, force_recompute: bool = False) -> None:
         """Take note of a physics step; histories and times are kept now, the rest is read on demand."""
         self._elapsed += dt
         self._outdated |= dt > 0
+        if dt > 0:
+            self._update_dt = dt
         if dt == 0:
             self._read_poses()
         elif force_recompute or self.needs_every_substep:
             self._take()
 
     def compute_first_contact(self, dt: float, abs_tol: float = 1.0e-8) -> torch.Tensor:
-        """Whether each body has come into contact within the last ``dt`` seconds, shape (N, B).
+        """Whether each body is in contact and came into it within the last ``dt`` seconds, shape (N, B).
+
+        Called once every ``dt`` seconds it reports each landing once, for any number of physics steps in ``dt``. With
+        an update period a landing counts from the reading that shows it. The first reading after a reset counts as a
+        landing where the body touches something. A contact that ended again before the call is not reported.
+
+        Args:
+            dt: length of the time window in s, a multiple of the physics step (usually ``env.step_dt``).
+            abs_tol: tolerance in s; at least 1e-4 of ``dt`` is used.
 
         Raises:
             PhysicsError: the config does not track times.
         """
-        return self._began_within(self._times().current_contact_time, dt, abs_tol)
+        time = self._times().current_contact_time
+        return self._began_within(time if self._contact_age is None else self._contact_age, dt, abs_tol)
 
     def compute_first_air(self, dt: float, abs_tol: float = 1.0e-8) -> torch.Tensor:
-        """Whether each body has lost contact within the last ``dt`` seconds, shape (N, B).
+        """Whether each body is in the air and lost contact within the last ``dt`` seconds, shape (N, B).
+
+        Windows and tolerances are those of :meth:`compute_first_contact`.
+
+        Args:
+            dt: length of the time window in s, a multiple of the physics step (usually ``env.step_dt``).
+            abs_tol: tolerance in s; at least 1e-4 of ``dt`` is used.
 
         Raises:
             PhysicsError: the config does not track times.
         """
-        return self._began_within(self._times().current_air_time, dt, abs_tol)
+        time = self._times().current_air_time
+        return self._began_within(time if self._air_age is None else self._air_age, dt, abs_tol)
 
     def _times(self) -> ContactSensorData:
         if not self.cfg.track_air_time:
@@ -249,8 +281,9 @@ class ContactSensor(SensorBase):
 
     @staticmethod
     def _began_within(time: torch.Tensor | None, dt: float, abs_tol: float) -> torch.Tensor:
+        """Whether a state that has lasted ``time`` (0: not that state) began in the last ``dt`` seconds."""
         assert time is not None
-        return (time > 0.0) & (time < dt + abs_tol)
+        return (time > 0.0) & (time < dt + max(abs_tol, _WINDOW_TOLERANCE * dt))
 
     # -- reading
 
@@ -259,7 +292,8 @@ class ContactSensor(SensorBase):
         if not self._outdated:
             return
         self._outdated = False
-        due = self._elapsed + _TIME_TOLERANCE >= self.cfg.update_period
+        tolerance = max(_TIME_TOLERANCE, _PERIOD_TOLERANCE * self._update_dt)
+        due = self._elapsed + tolerance >= self.cfg.update_period
         elapsed = self._elapsed.clone()
         self._elapsed.masked_fill_(due, 0.0)
         self._read_forces(due)
@@ -303,6 +337,15 @@ class ContactSensor(SensorBase):
         _put(data.last_contact_time, contact + elapsed, due[:, None] & left)
         _put(air, torch.where(touching, 0.0, air + elapsed), due)
         _put(contact, torch.where(touching, contact + elapsed, 0.0), due)
+        if self._contact_age is not None and self._air_age is not None:
+            self._count_ages(self._contact_age, touching, due)
+            self._count_ages(self._air_age, ~touching, due)
+
+    def _count_ages(self, age: torch.Tensor, there: torch.Tensor, due: torch.Tensor) -> None:
+        """Let time pass in ``age`` between readings too; a reading starts it (at one update) or sets it to zero."""
+        age += torch.where(age > 0, self._update_dt, 0.0)
+        started = torch.where(age > 0, age, self._update_dt)
+        _put(age, torch.where(there, started, 0.0), due)
 
     def _read_poses(self) -> None:
         if self.cfg.track_pose:
