@@ -42,9 +42,10 @@ _FOREIGN = frozenset(
 
 _SKIPPED_ATTRIBUTES = frozenset(
     {"_env", "env", "_physics", "physics", "sim", "_sim", "spec", "spawned", "_debug_vis", "log_counts"}
+    | {"wants_final_obs"}
 )
 """Attributes that lead back to the environment, to the engine, or to what the model was built from, that say whether
-markers are shown (a run may be filmed or not), or that belong to the last reset's log."""
+markers are shown (a run may be filmed or not), that belong to the last reset's log, or that a wrapper sets."""
 
 _CACHES = frozenset({"_cache", "_kept"})
 """Attributes that hold what can be computed again: not saved, and emptied when a state is loaded."""

@@ -155,6 +155,18 @@ def test_a_success_on_the_last_step_counts_without_another_question(env, answers
     assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(inner.max_episode_length_s)
 
 
+def test_the_last_observations_of_episodes_ask_nothing(env, answers, monkeypatch):
+    inner = env.unwrapped
+    monkeypatch.setattr(inner, "wants_final_obs", True)
+    inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * inner.max_episode_length
+    with torch.inference_mode(), Counting() as counting:
+        *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
+    counting.calls.pop("is_nonzero")  # on the CPU alone a reset asks whether an object turns
+    assert {name: counting.calls[name] for name in QUESTIONS if counting.calls[name]} == {}
+    assert answers[0][0] == [2, 3]
+    assert extras["final_obs"]["policy"].shape == (4, 36)
+
+
 def test_a_failure_of_the_physics_ends_its_episode_and_reaches_no_other_number(env):
     inner = env.unwrapped
     inner.episode_length_buf[:] = 0

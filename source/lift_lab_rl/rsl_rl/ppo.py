@@ -34,6 +34,7 @@ from lift_lab_rl.threads import PiecePool, piece_bounds
 
 from .mlp_passes import BLOCK_ROWS, DEVICE_BLOCK_ROWS, GradientSums, NetworkPasses
 from .ppo_loss import divergence, log_normaliser, policy_terms, value_terms
+from .time_outs import FINAL_OBS, PREVIOUS_OBS, final_values
 
 PIECE_ROWS = 1536
 """Samples in a piece of the work that threads share, in an update and when the critic looks at a rollout."""
@@ -59,6 +60,7 @@ class PiecewisePPO(PPO):
         num_threads: int | None = None,
         mean_reg_coef: float = 0.0,
         advantage_clip: float | None = None,
+        time_out_bootstrap: str = PREVIOUS_OBS,
         **kwargs: Any,
     ):
         """Build rsl_rl's PPO.
@@ -71,6 +73,9 @@ class PiecewisePPO(PPO):
             mean_reg_coef: weight in the loss of the squared length of the policy's mean action, averaged over samples.
             advantage_clip: largest size of an advantage in standard deviations (:meth:`compute_returns`); None for
                 no limit.
+            time_out_bootstrap: observation whose value an episode that a time limit ends is bootstrapped with:
+                ``previous_obs`` (before the last action; rsl_rl's form) or ``final_obs`` (after it). The second reads
+                ``extras["final_obs"]``.
             **kwargs: rsl_rl's settings.
 
         Raises:
@@ -86,6 +91,7 @@ class PiecewisePPO(PPO):
         if type(self.optimizer) is torch.optim.Adam:
             self.optimizer = torch.optim.Adam(self._params, lr=self.learning_rate, fused=True)
         self._time_outs = torch.zeros_like(self.storage.rewards)
+        self._final_values = torch.zeros_like(self.storage.rewards) if time_out_bootstrap == FINAL_OBS else None
         self._plain = self._is_plain()
         if self._plain:
             self._passes = {id(model): NetworkPasses(model.mlp) for model in (self._raw_actor, self._raw_critic)}
@@ -111,6 +117,11 @@ class PiecewisePPO(PPO):
         if advantage_clip is not None and not 0.0 < advantage_clip < math.inf:
             raise ConfigError(f"agent.algorithm.advantage_clip is {advantage_clip}; it must be above 0, or null")
         self.advantage_clip = advantage_clip
+
+    @property
+    def needs_final_obs(self) -> bool:
+        """Whether the environment has to give the last observations of the episodes that end."""
+        return self._final_values is not None
 
     def _is_plain(self) -> bool:
         """Whether the networks and settings are those that the piecewise update covers."""
@@ -172,14 +183,20 @@ class PiecewisePPO(PPO):
         self, obs: TensorDict, rewards: torch.Tensor, dones: torch.Tensor, extras: dict[str, torch.Tensor]
     ) -> None:
         """Store one environment step."""
-        if not self._plain:
-            super().process_env_step(obs, rewards, dones, extras)
-            return
         step = self.storage.step
         if "time_outs" in extras:
             self._time_outs[step].copy_(extras["time_outs"].view(-1, 1))
         else:
             self._time_outs[step].zero_()
+        if self._final_values is not None:
+            self._final_values[step].copy_(
+                final_values(self._raw_critic, self._time_outs[step], extras.get("final_obs"))
+            )
+        if not self._plain:
+            if self._final_values is not None:  # compute_returns bootstraps
+                extras = {key: value for key, value in extras.items() if key != "time_outs"}
+            super().process_env_step(obs, rewards, dones, extras)
+            return
         self.transition.rewards = rewards
         self.transition.dones = dones
         self.storage.add_transition(self.transition)
@@ -194,7 +211,9 @@ class PiecewisePPO(PPO):
             st = self.storage
             values = self._outputs(self._raw_critic, st.observations.flatten(0, 1), self._piece_rows)
             st.values.copy_(values.view_as(st.values))
-            st.rewards.addcmul_(st.values, self._time_outs, value=self.gamma)
+        if self._plain or self._final_values is not None:
+            values = self.storage.values if self._final_values is None else self._final_values
+            self.storage.rewards.addcmul_(values, self._time_outs, value=self.gamma)
         super().compute_returns(obs)
         if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
             self.storage.advantages = distributed.standardise(self.storage.returns - self.storage.values)

@@ -129,6 +129,14 @@ class RslRlPpoAlgorithmCfg:
     advantage_clip_start: int = 0
     """First iteration of that limit (ours)."""
 
+    time_out_bootstrap: Literal["previous_obs", "final_obs"] = "previous_obs"
+    """Observation whose value stands for what follows an episode that a time limit ends (ours).
+
+    ``previous_obs``: the one before the last action, as in rsl_rl; it is one step too early. ``final_obs``: the last
+    one of the episode, after the last action and before the reset, which is exact. A task with a finite horizon is
+    bootstrapped in neither form.
+    """
+
     max_grad_norm: float = MISSING
     """Largest norm of the gradients of actor and of critic."""
 

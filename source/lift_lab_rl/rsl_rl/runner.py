@@ -33,6 +33,7 @@ from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
 from .run_files import checkpoint_iteration, remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
+from .time_outs import FINAL_OBS, PREVIOUS_OBS, gives_final_obs, providing_final_obs
 
 
 class LiftLabRunner(OnPolicyRunner):
@@ -76,6 +77,7 @@ class LiftLabRunner(OnPolicyRunner):
             use_one_torch_thread()
         self._configure_multi_gpu()
         self._check_actions()
+        self._check_final_obs()
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
@@ -151,7 +153,8 @@ class LiftLabRunner(OnPolicyRunner):
         total = self.current_learning_iteration + num_learning_iterations
         shown = progress if progress is not None else contextlib.nullcontext()
         signals, stops = StopSignals(self.place), False
-        with signals.caught(progress.note if progress is not None else None), shown:
+        note = progress.note if progress is not None else None
+        with signals.caught(note), shown, providing_final_obs(env, getattr(self.alg, "needs_final_obs", False)):
             while self.current_learning_iteration < total and not stops:
                 obs = self._iterate(obs, total, progress)
                 stops = signals.agree()
@@ -221,6 +224,13 @@ class LiftLabRunner(OnPolicyRunner):
                     f"agent.policy.{name}: {len(given)} values for {self.env.num_actions} actions; give one for each"
                     + (", or a single one" if name == "init_noise_std" else "")
                 )
+
+    def _check_final_obs(self) -> None:
+        if self.cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS and not gives_final_obs(self.env):
+            raise ConfigError(
+                f"agent.algorithm.time_out_bootstrap={FINAL_OBS} needs a manager-based environment: "
+                f"{type(self.env).__name__} does not give the last observations of episodes; use {PREVIOUS_OBS}"
+            )
 
     def _set_action_mean(self) -> None:
         """Let a new actor begin about the mean that is configured."""

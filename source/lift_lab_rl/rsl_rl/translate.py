@@ -15,6 +15,7 @@ from rsl_rl.utils import resolve_nn_activation
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
+from .time_outs import FINAL_OBS, PREVIOUS_OBS
 from .wandb_writer import require_logger
 
 _OBS_SETS = ("actor", "critic", "rnd_state")
@@ -150,10 +151,14 @@ def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, 
     for name in ("num_learning_epochs", "num_mini_batches"):
         if algorithm[name] < 1:
             raise ConfigError(f"agent.algorithm.{name} is {algorithm[name]}; it must be at least 1")
+    if algorithm["time_out_bootstrap"] not in (PREVIOUS_OBS, FINAL_OBS):
+        hint = suggest(algorithm["time_out_bootstrap"], [PREVIOUS_OBS, FINAL_OBS])
+        raise ConfigError(f"agent.algorithm.time_out_bootstrap: no form '{algorithm['time_out_bootstrap']}'; {hint}")
     if algorithm["class_name"] == "PPO":
         return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
     owner = algorithm["class_name"]
-    for name, off, written in (("mean_reg_coef", 0.0, "0"), ("advantage_clip", None, "null")):
+    rsl_rls = (("mean_reg_coef", 0.0, "0"), ("advantage_clip", None, "null"))
+    for name, off, written in (*rsl_rls, ("time_out_bootstrap", PREVIOUS_OBS, PREVIOUS_OBS)):
         if algorithm.pop(name, off) != off:
             raise ConfigError(f"agent.algorithm.{name}: {owner} does not know it; set it to {written}")
     return algorithm
