@@ -26,6 +26,7 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import string_to_callable
 
 from .intervals import wilson_interval
+from .nonfinite import check_step
 
 PROBE = "evaluation_probe"
 """Name of the termination term that watches for success and ends nothing."""
@@ -183,6 +184,9 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
 
     Returns:
         The episodes in their fixed order.
+
+    Raises:
+        NonFiniteError: an observation or a reward is infinite or NaN.
     """
     inner = env.unwrapped
     probe: SuccessProbe = inner.termination_manager.get_term_cfg(PROBE).func
@@ -197,6 +201,7 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     with torch.inference_mode(), _curriculum_held(inner):
         while left:
             obs, rewards, dones, extras = env.step(policy(obs))
+            check_step(env, obs, rewards, extras)
             if hasattr(policy, "reset"):  # the memory of a recurrent one
                 policy.reset(dones)
             returns += rewards

@@ -17,6 +17,7 @@ from torch import nn
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .extras import missing_package
+from .nonfinite import check_step
 
 try:
     from stable_baselines3.common.callbacks import BaseCallback
@@ -169,6 +170,7 @@ class Sb3VecEnvWrapper(VecEnv):
         """
         result: Any = self.env.step(self._actions)
         obs, rewards, terminated, truncated, extras = result
+        check_step(self._inner, obs, rewards, extras)
         dones = (terminated | truncated).cpu().numpy()
         # Stable-Baselines3 adds to the rewards in place.
         rewards = rewards.cpu().numpy().copy()

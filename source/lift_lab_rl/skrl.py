@@ -10,6 +10,7 @@ import torch
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .extras import missing_package
+from .nonfinite import check_step
 
 try:
     import skrl
@@ -67,6 +68,8 @@ class SkrlVecEnvWrapper(IsaacLabWrapper):
             Observations; rewards, terminated and truncated, each of shape (num_envs, 1); extras.
         """
         obs, rewards, terminated, truncated, extras = super().step(actions)
+        inner = self._env.unwrapped
+        check_step(inner, inner.obs_buf, inner.reward_buf, extras)
         if self._finite_horizon:
             terminated, truncated = terminated | truncated, torch.zeros_like(truncated)
         return obs, rewards.clone(), terminated, truncated, extras

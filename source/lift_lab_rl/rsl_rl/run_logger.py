@@ -68,6 +68,11 @@ class RunLogger(Logger):
         self.cur_episode_length.masked_fill_(done, 0.0)
         self._step = step + 1
 
+    def drop_rollout(self) -> None:
+        """Forget the running rollout."""
+        self.ep_extras.clear()
+        self._step = 0
+
     def episode_logs(self) -> dict[str, float]:
         """The environment's logs of this rollout, each averaged over its episodes that ended.
 
@@ -116,8 +121,7 @@ class RunLogger(Logger):
                     self.writer.save_video(video, report.iteration)
             # A kill loses the running iteration at most.
             self.writer.flush()  # type: ignore[union-attr]
-        self.ep_extras.clear()
-        self._step = 0
+        self.drop_rollout()
 
     def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}

@@ -19,15 +19,17 @@ from rsl_rl.env import VecEnv
 from rsl_rl.runners import OnPolicyRunner
 from rsl_rl.utils import resolve_callable
 
-from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
+from lift_lab_rl.nonfinite import NonFiniteError
 from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
 from .best_policy import BEST, BestPolicy
+from .finite import FiniteGuard
 from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
@@ -100,6 +102,9 @@ class LiftLabRunner(OnPolicyRunner):
         self.total_steps: int | None = None
         self.continues_exactly = False
         self._best = BestPolicy(self.cfg.get("success_metric"))
+        self._guard = (
+            FiniteGuard(env, self.alg, self._shared_tensors()) if self.cfg.get("check_for_nan", True) else None
+        )
 
     def _configure_multi_gpu(self) -> None:
         """Tell rsl_rl of the other processes."""
@@ -181,13 +186,10 @@ class LiftLabRunner(OnPolicyRunner):
                 self.alg.process_env_step(obs, rewards, dones, extras)
                 intrinsic = self.alg.intrinsic_rewards if self.alg.rnd else None
                 self.logger.process_env_step(rewards, dones, extras, intrinsic)
-            if self.cfg.get("check_for_nan", True):
-                self._check_finite()
             self._synchronise()
             collected = time.perf_counter()
             self._anneal()
-            self.alg.compute_returns(obs)
-        losses = self.alg.update()
+        losses = self._update(obs)
         self._synchronise()
         learned = time.perf_counter()
         self.current_learning_iteration += 1
@@ -214,6 +216,25 @@ class LiftLabRunner(OnPolicyRunner):
         if progress is not None:
             progress.show(report)
         return obs
+
+    def _update(self, obs: Any) -> dict[str, float]:
+        """Returns and one update, with a look at every number before and after; returns the mean losses."""
+        guard, number = self._guard, self.current_learning_iteration + 1
+        with torch.inference_mode():
+            if guard is not None:
+                guard.look_at_rollout(obs)
+            self.alg.compute_returns(obs)
+        if guard is None:
+            return self.alg.update()
+        try:
+            guard.check_rollout(number, obs, [log for log, *_ in self.logger.ep_extras])
+            guard.keep()
+            losses = self.alg.update()
+            guard.check_update(number, losses)
+        except NonFiniteError:
+            self.logger.drop_rollout()
+            raise
+        return losses
 
     def _check_actions(self) -> None:
         """What is given for each action has to be given for each of this environment's actions."""
@@ -259,21 +280,6 @@ class LiftLabRunner(OnPolicyRunner):
     def _synchronise(self) -> None:
         if torch.device(self.device).type == "cuda":
             torch.cuda.synchronize(self.device)
-
-    def _check_finite(self) -> None:
-        """One look at the whole rollout.
-
-        Raises:
-            LiftLabError: an observation or reward is NaN.
-        """
-        storage: Any = self.alg.storage
-        for group, values in storage.observations.items():
-            if torch.isnan(values).any():
-                raise LiftLabError(
-                    f"observation group '{group}' contains NaN (iteration {self.current_learning_iteration})"
-                )
-        if torch.isnan(storage.rewards).any():
-            raise LiftLabError(f"rewards contain NaN (iteration {self.current_learning_iteration})")
 
     def _keep_best(self, report: IterationReport) -> None:
         """Find the report's success; write ``model_best.pt`` if there never was a better policy."""
