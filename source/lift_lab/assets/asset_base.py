@@ -42,6 +42,14 @@ class AssetBase(Entity):
         return self.cfg.prim_path.rsplit("/", 1)[-1]
 
     @property
+    def stage_paths(self) -> dict[str, str] | None:
+        """Path of each body below the asset's prim, in the order of the stage, where there are several.
+
+        None where sensors keep the engine's order.
+        """
+        return {}
+
+    @property
     def device(self) -> str:
         """Torch device of the asset's tensors."""
         return str(self._physics.device)
@@ -159,9 +167,14 @@ def as_list(ids: Sequence[int] | torch.Tensor | slice | None, count: int) -> lis
     return ids_tensor(ids, torch.device("cpu")).tolist()
 
 
-def as_columns(ids: Sequence[int]) -> slice | list[int]:
-    """Column indices as a slice where they are contiguous, so that reading them makes a view."""
+def as_columns(ids: Sequence[int], device: torch.device) -> slice | torch.Tensor:
+    """Column indices as a slice where they are contiguous, so that reading them makes a view; else as a tensor."""
     ids = list(ids)
     if ids and ids == list(range(ids[0], ids[0] + len(ids))):
         return slice(ids[0], ids[0] + len(ids))
-    return ids
+    return torch.tensor(ids, dtype=torch.long, device=device)
+
+
+def take_columns(values: torch.Tensor, cols: slice | torch.Tensor) -> torch.Tensor:
+    """``values[:, cols]`` for an index of :func:`as_columns`: a view of a slice, else one copy."""
+    return values[:, cols] if isinstance(cols, slice) else values.index_select(1, cols)

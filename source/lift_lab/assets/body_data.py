@@ -15,7 +15,7 @@ from lift_lab.utils import math as math_utils
 from lift_lab.utils.attributes import EntityData
 from lift_lab.utils.versions import version_of
 
-from .asset_base import as_columns
+from .asset_base import as_columns, take_columns
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -69,7 +69,7 @@ class BodyData(AssetData):
         self._origins_w = env_origins_w
         self._body_origins_w = env_origins_w[:, None]
         self._cache = {}
-        self._body_ids, self._body_cols = body_ids, as_columns(body_ids)
+        self._body_ids, self._body_cols = body_ids, as_columns(body_ids, physics.device)
         self._root_body = body_ids[0]
         self._qadr = free_qpos_adr
         self._vadr = free_dof_adr
@@ -237,15 +237,20 @@ class BodyData(AssetData):
 
     # -- bodies
 
+    def _of_bodies(self, name: str) -> torch.Tensor:
+        """A current field of the bodies, in their order: a view where the engine stores them so, else a copy."""
+        return take_columns(self._physics.current(name), self._body_cols)
+
     @cached
     def body_link_pos_w(self) -> torch.Tensor:
         """Positions of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.current("xpos")[:, self._body_cols] + self._body_origins_w
+        return self._of_bodies("xpos") + self._body_origins_w
 
     @cached
     def body_link_quat_w(self) -> torch.Tensor:
         """Orientations of the bodies (w, x, y, z), shape (num_envs, num_bodies, 4)."""
-        return self._physics.current("xquat")[:, self._body_cols].clone()
+        quat = self._of_bodies("xquat")
+        return quat.clone() if isinstance(self._body_cols, slice) else quat
 
     @cached
     def body_link_pose_w(self) -> torch.Tensor:
@@ -263,7 +268,7 @@ class BodyData(AssetData):
 
     def _velocity_at(self, points: torch.Tensor) -> torch.Tensor:
         """Velocity of the bodies at points given without origins, linear then angular."""
-        cvel = self._physics.current("cvel")[:, self._body_cols]
+        cvel = self._of_bodies("cvel")
         centre = self._physics.current("subtree_com")[:, self._tree_root, None]
         ang, lin = cvel[..., :3], cvel[..., 3:]
         return torch.cat((lin + torch.linalg.cross(ang, points - centre), ang), dim=-1)
@@ -271,17 +276,17 @@ class BodyData(AssetData):
     @cached
     def body_com_vel_w(self) -> torch.Tensor:
         """Velocities of the bodies' centres of mass, shape (num_envs, num_bodies, 6)."""
-        return self._velocity_at(self._physics.current("xipos")[:, self._body_cols])
+        return self._velocity_at(self._of_bodies("xipos"))
 
     @cached
     def body_link_vel_w(self) -> torch.Tensor:
         """Velocities of the bodies' origins, shape (num_envs, num_bodies, 6)."""
-        return self._velocity_at(self._physics.current("xpos")[:, self._body_cols])
+        return self._velocity_at(self._of_bodies("xpos"))
 
     @cached
     def body_com_pos_w(self) -> torch.Tensor:
         """Centres of mass of the bodies in m, shape (num_envs, num_bodies, 3)."""
-        return self._physics.current("xipos")[:, self._body_cols] + self._body_origins_w
+        return self._of_bodies("xipos") + self._body_origins_w
 
     @cached
     def body_com_quat_w(self) -> torch.Tensor:
@@ -315,8 +320,8 @@ class BodyData(AssetData):
 
         From the change of the velocities over the last physics substep.
         """
-        acc = self._physics.com_acc()[:, self._body_cols]
-        arm_w = self._physics.current("xipos")[:, self._body_cols]
+        acc = take_columns(self._physics.com_acc(), self._body_cols)
+        arm_w = self._of_bodies("xipos")
         arm_w = arm_w - self._physics.current("subtree_com")[:, self._tree_root, None]
         ang, lin = acc[..., :3], acc[..., 3:]
         vel = self.body_com_vel_w

@@ -35,7 +35,7 @@ class MovableAsset(AssetBase):
 
     @property
     def body_names(self) -> list[str]:
-        """Names of the bodies, in the engine's order."""
+        """Names of the bodies; their order is that of all data and indices of bodies."""
         return self._body_names
 
     @property
@@ -76,9 +76,12 @@ class MovableAsset(AssetBase):
         self._vadr = int(model.jnt_dofadr[joint]) if free else None
         mocap = int(model.body_mocapid[root])
         self._mocap = mocap if mocap >= 0 else None
-        self._geom_ids = [g for g in range(model.ngeom) if model.geom_bodyid[g] in set(self._ids)]
+        place = {body: i for i, body in enumerate(self._ids)}
+        geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in place]
+        self._geom_ids = sorted(geoms, key=lambda g: place[int(model.geom_bodyid[g])])
         self._wrench_set = False
         self._force_b = torch.zeros(physics.num_envs, len(self._ids), 6, device=physics.device)
+        self._wrench_cols = as_columns([6 * b + k for b in self._ids for k in range(6)], physics.device)
         self._make_data()
         self._data.entity_name = self.name
         state = self.cfg.init_state
@@ -287,8 +290,7 @@ class MovableAsset(AssetBase):
         force_w = math_utils.quat_apply(quat, self._force_b[..., :3].contiguous())
         torque_w = math_utils.quat_apply(quat, self._force_b[..., 3:].contiguous())
         wrench = torch.cat((force_w, torque_w), dim=-1).flatten(1)
-        cols = as_columns([6 * b + k for b in self._ids for k in range(6)])
-        self._physics.write("xfrc_applied", wrench, None, cols)
+        self._physics.write("xfrc_applied", wrench, None, self._wrench_cols)
 
     # -- model fields of each environment
 

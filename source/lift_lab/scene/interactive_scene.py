@@ -15,6 +15,7 @@ import torch
 
 from lift_lab.assets import Articulation, AssetBase, AssetBaseCfg, DeformableObject, RigidObject
 from lift_lab.sensors import SensorBase, SensorBaseCfg
+from lift_lab.sensors.sensor_base import AssetPath
 from lift_lab.sim import SimulationContext, note_ignored
 from lift_lab.terrains import TerrainImporterCfg
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
@@ -136,7 +137,8 @@ class InteractiveScene:
 
     @property
     def _prim_paths(self) -> dict[str, str]:
-        paths = {name: asset.cfg.prim_path for name, asset in {**self._movables, **self._statics}.items()}
+        assets = {**self._movables, **self._statics}
+        paths: dict[str, str] = {name: AssetPath(a.cfg.prim_path, a.stage_paths) for name, a in assets.items()}
         return paths if self._terrain is None else {**paths, self._terrain_field: self._terrain.prim_path}
 
     def initialize(self) -> None:

@@ -23,6 +23,19 @@ _ENV_REGEX_NS = "/World/envs/env_.*"
 """What ``{ENV_REGEX_NS}`` stands for, where a config writes it out."""
 
 
+class AssetPath(str):
+    """Prim path of an asset, and where its bodies are below it."""
+
+    stage_paths: Mapping[str, str] | None
+    """Path of each body below the asset's prim, in the order of the stage; None where the engine's order holds."""
+
+    def __new__(cls, path: str, stage_paths: Mapping[str, str] | None) -> AssetPath:
+        """Hold both."""
+        self = super().__new__(cls, path)
+        self.stage_paths = stage_paths
+        return self
+
+
 class SensorBase(DebugVis, Entity, ABC):
     """A sensor reads the engine's state on demand."""
 
@@ -55,7 +68,8 @@ class SensorBase(DebugVis, Entity, ABC):
         Args:
             spec: the scene.
             name: the scene's name for the sensor.
-            prim_paths: prim path of every asset and terrain, by the scene's name for it.
+            prim_paths: prim path of every asset and terrain, by the scene's name for it; those of assets are
+                :class:`AssetPath`.
         """
         self.name = name
 
@@ -102,6 +116,7 @@ def find_bodies_by_prim_path(
     """Names in the scene's spec of the bodies that a prim path pattern means.
 
     A path is an asset's own prim path (its root body), or that followed by body names, of which the last counts.
+    Several bodies come in the order of the stage, as PhysX's views have them.
 
     Args:
         spec: the scene.
@@ -118,8 +133,32 @@ def find_bodies_by_prim_path(
         raise ConfigError(f"{where}: '{name}' is static, it has no body")
     if leaf is None:
         return [f"{name}/{bodies[0]}"]
+    place = {body: i for i, body in enumerate(_stage_paths(prim_paths, name) or ())}
+    bodies.sort(key=lambda body: place.get(body, len(place)))
     try:
         _, found = resolve_matching_names([leaf], bodies)
     except ValueError:
         raise ConfigError(f"{where}: '{name}' has no body '{leaf}'; {suggest(leaf, bodies)}") from None
     return [f"{name}/{body}" for body in found]
+
+
+def body_prim_path(prim_paths: Mapping[str, str], body: str) -> str:
+    """Prim path of a body of the scene's spec, e.g. ``"{ENV_REGEX_NS}/Robot/panda_hand"``.
+
+    Args:
+        prim_paths: prim path of every asset, by name.
+        body: its name there, ``"robot/panda_hand"``.
+    """
+    name, _, leaf = body.partition("/")
+    below = _stage_paths(prim_paths, name) or {}
+    return prim_paths[name].replace(_ENV_REGEX_NS, "{ENV_REGEX_NS}") + below.get(leaf, f"/{leaf}")
+
+
+def has_engine_order(prim_paths: Mapping[str, str], body: str) -> bool:
+    """Whether the asset of a body of the scene's spec asks for the engine's order."""
+    return _stage_paths(prim_paths, body.partition("/")[0]) is None
+
+
+def _stage_paths(prim_paths: Mapping[str, str], name: str) -> Mapping[str, str] | None:
+    path = prim_paths[name]
+    return path.stage_paths if isinstance(path, AssetPath) else {}

@@ -19,6 +19,7 @@ from lift_lab.usd.materials import Appearance, ContactMaterials
 from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
 from lift_lab.usd.newton import add_newton_actuators
+from lift_lab.usd.order import fill_orders
 from lift_lab.usd.parse import ParsedStage
 from lift_lab.usd.report import OptionSource
 from lift_lab.usd.tree import Forest, Link, build_forest
@@ -178,7 +179,7 @@ class Builder:
         mjc.add_keyframes(self.parsed, self.spec, self.names)
 
     def fill_report(self) -> None:
-        """Names in model order."""
+        """Names in model order, then in the others."""
         report = self.parsed.report
         stack = list(reversed(self.spec.worldbody.bodies))
         report.root_bodies = [body.name for body in self.spec.worldbody.bodies]
@@ -188,3 +189,5 @@ class Builder:
             report.joints += [joint.name for joint in body.joints]
             stack.extend(reversed(body.bodies))
         report.actuators = [actuator.name for actuator in self.spec.actuators]
+        body_names = {path: body.name for path, (body, _, _) in self.bodies.items()}
+        fill_orders(report, self.parsed, self.forest, self.dofs, body_names)

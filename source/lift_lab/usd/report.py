@@ -66,6 +66,12 @@ class ImportReport:
     """Joint names in model order, free joints included."""
     actuators: list[str] = field(default_factory=list)
     """Actuator names in model order."""
+    bodies_breadth_first: list[str] = field(default_factory=list)
+    """Body names in PhysX's order: level by level, children in the order of their joints on the stage."""
+    joints_breadth_first: list[str] = field(default_factory=list)
+    """Joint names in PhysX's order: that of the bodies they move; free and ball joints last."""
+    bodies_on_stage: list[str] = field(default_factory=list)
+    """Body names in the order of their prims on the stage."""
     root_bodies: list[str] = field(default_factory=list)
     """Bodies that hang directly under the world."""
     articulation_roots: list[str] = field(default_factory=list)

@@ -18,6 +18,7 @@ from ..asset_base import EnvIds, as_columns, as_list
 from .articulation_data import ArticulationData
 from .articulation_view import ArticulationView
 from .drives import build_drives
+from .index_order import IndexOrder, breadth_first_order, check_index_order
 from .joint_properties import JointIds, JointProperties
 
 if TYPE_CHECKING:
@@ -27,7 +28,12 @@ if TYPE_CHECKING:
 
 
 class Articulation(JointProperties):
-    """Bodies connected by joints, with actuators that follow targets set by the user."""
+    """Bodies connected by joints, with actuators that follow targets set by the user.
+
+    Joints and bodies are numbered as in Isaac Lab: breadth first, children in the order of their joints on the USD
+    stage, the root first. Names, data, targets, actions, indices and ``root_physx_view`` have this order; the engine's
+    own stays inside. ``cfg.index_order="engine"`` selects that one instead.
+    """
 
     cfg: ArticulationCfg
 
@@ -38,7 +44,7 @@ class Articulation(JointProperties):
 
     @property
     def joint_names(self) -> list[str]:
-        """Names of the joints, in the engine's order."""
+        """Names of the joints; their order is that of all data and indices of joints."""
         return self._joint_names
 
     @property
@@ -64,6 +70,9 @@ class Articulation(JointProperties):
     # -- building
 
     def _edit_spec(self, spec: mujoco.MjSpec) -> None:
+        report = self.spawned.report if self.spawned is not None else None
+        check_index_order(self.cfg.index_order, f"scene.{self.name}.index_order")
+        self._order = IndexOrder() if self.cfg.index_order == "engine" else breadth_first_order(spec, report)
         limits = self.spawned.report.joint_velocity_limits if self.spawned and self.spawned.report else {}
         self._drives = build_drives(spec, self.cfg.actuators, limits, f"scene.{self.name}")
 
@@ -99,11 +108,21 @@ class Articulation(JointProperties):
         self._make_actuators(device)
         self._write_initial_state()
 
+    def _body_ids(self) -> list[int]:
+        model = self._physics.model
+        return sorted(super()._body_ids(), key=lambda i: self._order.body(self._local_name(model.body(i).name)))
+
+    @property
+    def stage_paths(self) -> dict[str, str] | None:
+        """Path of each body below the asset's prim, in the order of the stage; None with the engine's order."""
+        return self._order.stage_paths
+
     def _make_data(self) -> None:
         model = self._physics.model
         ids = set(self._ids)
         scalar = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
         joints = [j for j in range(model.njnt) if model.jnt_bodyid[j] in ids and int(model.jnt_type[j]) in scalar]
+        joints.sort(key=lambda j: self._order.joint(self._local_name(model.joint(j).name)))
         self._joint_ids = joints
         self._joint_names = [self._local_name(model.joint(j).name) for j in joints]
         self._dof_ids = [int(model.jnt_dofadr[j]) for j in joints]
@@ -159,6 +178,7 @@ class Articulation(JointProperties):
         self.actuators: dict[str, ActuatorBase] = {}
         for group, joints in self._drives.groups.items():
             cfg = self.cfg.actuators[group]
+            joints = sorted(joints, key=names.index)
             ids = torch.tensor([names.index(joint) for joint in joints], device=device)
             limits = [self._drives.joints[joint].model_effort_limit for joint in joints]
             limit = torch.tensor(limits, dtype=torch.float32, device=device).repeat(self.num_instances, 1)
@@ -177,9 +197,9 @@ class Articulation(JointProperties):
                 velocity_limit=data.joint_vel_limits[:, ids],
             )
         driven = [name for name in names if name in self._drives.joints]
-        self._driven = as_columns([names.index(name) for name in driven])
+        self._driven = as_columns([names.index(name) for name in driven], device)
         model = self._physics.model
-        self._ctrl_cols = as_columns([model.actuator(f"{self.name}/{name}").id for name in driven])
+        self._ctrl_cols = as_columns([model.actuator(f"{self.name}/{name}").id for name in driven], device)
         implicit = torch.tensor([self._drives.joints[name].implicit for name in driven], device=device)
         self._implicit = implicit
         self._all_implicit = bool(implicit.all())
@@ -321,13 +341,11 @@ class Articulation(JointProperties):
         self._physics.write("qvel", velocity, self._env_ids(env_ids), cols)
         self._data.invalidate()
 
-    def _columns(self, all_ids: list[int], all_cols: slice | list[int], joint_ids: JointIds) -> slice | torch.Tensor:
+    def _columns(self, all_ids: list[int], all_cols: slice | torch.Tensor, joint_ids: JointIds) -> slice | torch.Tensor:
         """Where the engine keeps something of some joints, given where it keeps it of all."""
         if joint_ids is None or (isinstance(joint_ids, slice) and joint_ids == slice(None)):
-            cols = all_cols
-        else:
-            cols = as_columns([all_ids[i] for i in as_list(joint_ids, self.num_joints)])
-        return cols if isinstance(cols, slice) else torch.tensor(cols, device=self._physics.device)
+            return all_cols
+        return as_columns([all_ids[i] for i in as_list(joint_ids, self.num_joints)], self._physics.device)
 
     # -- kinematics
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import Literal
 
 from lift_lab.actuators import ActuatorBaseCfg
 from lift_lab.utils import configclass
@@ -34,6 +35,12 @@ class ArticulationCfg(AssetBaseCfg):
     init_state: InitialStateCfg = InitialStateCfg()
     soft_joint_pos_limit_factor: float = 1.0
     """Soft position limits as a fraction of the joint's range about its middle."""
+    index_order: Literal["breadth_first", "engine"] = "breadth_first"
+    """Order of joints and bodies in names, data, actions and indices.
+
+    ``"breadth_first"`` is Isaac Lab's: all joints of a level of the tree, then those of the next. ``"engine"`` is
+    MuJoCo's: each limb to its end, then the next. A serial arm has the same order in both.
+    """
     actuators: dict[str, ActuatorBaseCfg] = MISSING
     """Group name -> actuator model of the joints it names."""
     actuator_value_resolution_debug_print: bool = False

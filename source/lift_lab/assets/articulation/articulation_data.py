@@ -6,7 +6,7 @@ from typing import Any
 
 import torch
 
-from ..asset_base import as_columns
+from ..asset_base import as_columns, take_columns
 from ..body_data import BodyData, cached
 
 
@@ -42,8 +42,8 @@ class ArticulationData(BodyData):
 
     def __init__(self, *args: Any, qpos_ids: list[int], dof_ids: list[int], **kwargs: Any):
         super().__init__(*args, **kwargs)
-        self._qpos_cols = as_columns(qpos_ids)
-        self._dof_cols = as_columns(dof_ids)
+        self._qpos_cols = as_columns(qpos_ids, self._physics.device)
+        self._dof_cols = as_columns(dof_ids, self._physics.device)
         self._explicit_effort: torch.Tensor | None = None
         self._explicit_ids: torch.Tensor | None = None
         self._explicit_computed: torch.Tensor | None = None
@@ -51,17 +51,27 @@ class ArticulationData(BodyData):
     @property
     def joint_pos(self) -> torch.Tensor:
         """Joint positions (a live view where the engine stores them side by side)."""
-        return self._physics.field("qpos")[:, self._qpos_cols]
+        cols = self._qpos_cols
+        return self._physics.field("qpos")[:, cols] if isinstance(cols, slice) else self._scattered_pos
 
     @property
     def joint_vel(self) -> torch.Tensor:
         """Joint velocities (a live view where the engine stores them side by side)."""
-        return self._physics.field("qvel")[:, self._dof_cols]
+        cols = self._dof_cols
+        return self._physics.field("qvel")[:, cols] if isinstance(cols, slice) else self._scattered_vel
 
     @property
     def joint_acc(self) -> torch.Tensor:
         """Joint accelerations: the change of the velocities over the last physics substep; zero after a reset."""
-        return self._physics.acceleration()[:, self._dof_cols]
+        return take_columns(self._physics.acceleration(), self._dof_cols)
+
+    @cached
+    def _scattered_pos(self) -> torch.Tensor:
+        return take_columns(self._physics.field("qpos"), self._qpos_cols)
+
+    @cached
+    def _scattered_vel(self) -> torch.Tensor:
+        return take_columns(self._physics.field("qvel"), self._dof_cols)
 
     @cached
     def computed_torque(self) -> torch.Tensor:

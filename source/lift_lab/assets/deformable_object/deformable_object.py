@@ -104,8 +104,8 @@ class DeformableObject(AssetBase):
         first, count = int(model.flex_nodeadr[self._flex]), int(model.flex_nodenum[self._flex])
         self._nodes = [int(b) for b in model.flex_nodebodyid[first : first + count]]
         joints = [int(model.body_jntadr[b]) + k for b in self._nodes for k in range(3)]
-        self._qpos = as_columns([int(model.jnt_qposadr[j]) for j in joints])
-        self._qvel = as_columns([int(model.jnt_dofadr[j]) for j in joints])
+        self._qpos = as_columns([int(model.jnt_qposadr[j]) for j in joints], physics.device)
+        self._qvel = as_columns([int(model.jnt_dofadr[j]) for j in joints], physics.device)
         self._data = DeformableObjectData(physics, env_origins_w, self._nodes, self._qpos, self._qvel)
         self._data.entity_name = self.name
 

@@ -22,8 +22,8 @@ class DeformableObjectData(AssetData):
         physics: Physics,
         env_origins_w: torch.Tensor,
         nodes: list[int],
-        qpos: slice | list[int],
-        qvel: slice | list[int],
+        qpos: slice | torch.Tensor,
+        qvel: slice | torch.Tensor,
     ):
         self._physics = physics
         self._origins_w = env_origins_w

@@ -18,7 +18,7 @@ from lift_lab.utils.attributes import EntityData
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names
 
-from ..sensor_base import SensorBase, find_bodies_by_prim_path
+from ..sensor_base import SensorBase, body_prim_path, find_bodies_by_prim_path, has_engine_order
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -37,7 +37,7 @@ class FrameTransformerData(EntityData):
         contiguous = targets == list(range(targets[0], targets[0] + len(targets)))
         self._targets = slice(targets[0], targets[0] + len(targets)) if contiguous else targets
         self.target_frame_names = names
-        """Names of the target frames, in config order."""
+        """Names of the target frames, in the order of all readings of them."""
 
     @property
     def source_pos_w(self) -> torch.Tensor:
@@ -79,7 +79,11 @@ class FrameTransformerData(EntityData):
 
 
 class FrameTransformer(SensorBase):
-    """Poses of target frames relative to a source frame (Isaac Lab's ``FrameTransformer``)."""
+    """Poses of target frames relative to a source frame (Isaac Lab's ``FrameTransformer``).
+
+    As in Isaac Lab, target frames are sorted by the prim paths of their bodies. Frames of one body keep the order of
+    the config, and all do where the articulation of the source frame has ``index_order="engine"``.
+    """
 
     cfg: FrameTransformerCfg
 
@@ -114,7 +118,7 @@ class FrameTransformer(SensorBase):
         if len(sources) != 1:
             raise ConfigError(f"{where}.prim_path '{self.cfg.prim_path}' means several bodies: {', '.join(sources)}")
         self._add_site(spec, sources[0], "source", self.cfg.source_frame_offset)
-        self._names: list[str] = []
+        found: list[tuple[str, str, OffsetCfg]] = []
         for i, frame in enumerate(self.cfg.target_frames):
             bodies = find_bodies_by_prim_path(
                 spec, prim_paths, frame.prim_path, f"{where}.target_frames[{i}].prim_path"
@@ -122,8 +126,13 @@ class FrameTransformer(SensorBase):
             for body in bodies:
                 leaf = body.rsplit("/", 1)[-1]
                 label = frame.name if frame.name is not None and len(bodies) == 1 else leaf
-                self._add_site(spec, body, f"target{len(self._names)}", frame.offset)
-                self._names.append(label)
+                found.append((label, body, frame.offset))
+        if not has_engine_order(prim_paths, sources[0]):
+            found.sort(key=lambda frame: body_prim_path(prim_paths, frame[1]))
+        self._names: list[str] = []
+        for label, body, offset in found:
+            self._add_site(spec, body, f"target{len(self._names)}", offset)
+            self._names.append(label)
 
     def _add_site(self, spec: mujoco.MjSpec, body: str, label: str, offset: OffsetCfg) -> None:
         rot = np.asarray(offset.rot, dtype=np.float64)
