@@ -3,8 +3,8 @@
 python scripts/rsl_rl/train.py --task Lift-Cube-Franka [flags] [overrides]
 
 Writes logs/rsl_rl/<experiment>/<time>[_name]/ with model_N.pt (after N iterations), model_best.pt, TensorBoard's event
-files, and params/ with the configurations. Ctrl-C finishes the iteration, saves and ends. A run is continued with
---resume; max_iterations counts the iterations of both together.
+files, and params/ with the configurations. Ctrl-C, SIGTERM and a lost terminal finish the iteration, save and end with
+status 128 plus the signal's number. A run is continued with --resume; max_iterations counts the iterations of both.
 
 Several processes: torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distributed ... (docs/scaling.md).
 """
@@ -49,6 +49,7 @@ def main() -> int:
     from rich.console import Console
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab.app.endings import exit_status
     from lift_lab.utils.errors import ConfigError
     from lift_lab_rl import distributed
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
@@ -136,12 +137,13 @@ def main() -> int:
             done = runner.current_learning_iteration
             end = "finished" if finished else "ended early"
             say(f"{end} after {done} iterations: {run_dir / f'model_{done}.pt'}")
+            status = 0 if runner.stopped_by is None else exit_status(runner.stopped_by)
         finally:
             if env is not None:
                 env.close()
             runs.discard_if_empty(run_dir)
             launcher.app.close()
-    return 0
+    return status
 
 
 if __name__ == "__main__":

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import signal
 from collections.abc import Sequence
 from pathlib import Path
 
 from cli_args import check_agent
 
-from lift_lab.app import cli
+from lift_lab.app import cli, endings
 
 SCRIPTED = ("zero", "random")
 """Values of --agent that need no checkpoint."""
@@ -115,11 +114,8 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
             return 0
         session = ViewerSession(env, policy, server, args.task)
         print(f"viewer: http://127.0.0.1:{server.get_port()} (Ctrl-C ends it)", flush=True)
-        before = signal.signal(signal.SIGINT, session.stop)
-        try:
+        with endings.handled(session.stop):
             session.run(args.steps)
-        finally:
-            signal.signal(signal.SIGINT, before)
         print(f"{session.steps} steps of {env.num_envs} environments")
     finally:
         env.close()

@@ -1,14 +1,19 @@
-"""Ctrl-C and SIGTERM while training: the first ends the run after the running iteration, a second one at once."""
+"""Ctrl-C, SIGTERM and a lost terminal while training: the first ends the run after the running iteration.
+
+A second Ctrl-C or SIGTERM ends it at once. SIGHUP, which also stands for output that cannot be written, never does: a
+terminal that is closed may send it several times, and nobody is there to be impatient.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
+
+from lift_lab.app import endings
 
 from . import distributed
 
@@ -33,42 +38,45 @@ class StopSignals:
     def caught(self, say: Callable[[str], None] | None = None) -> Iterator[None]:
         """Keep signals from ending the process at once. Does nothing outside the main thread, which alone gets them.
 
+        SIGHUP stays ignored where it is, as under ``nohup``.
+
         Args:
             say: shows a line to the user; None for standard error.
         """
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
 
         def stop(number: int, _: FrameType | None) -> None:
-            if self._own is not None:
+            first = self._own
+            if first is not None and endings.HANGUP in (first, number):
+                self._own = first if number == endings.HANGUP else number
+                return
+            if first is not None:
                 # torchrun passes a signal on that the terminal has sent to every process already
                 if self._place.is_distributed and time.monotonic() < self._own_at + REPEATED_S:
                     return
-                raise KeyboardInterrupt
+                raise endings.Interrupted(number)
             self._own, self._own_at = number, time.monotonic()
             if not self._place.is_main:
                 return
-            text = f"{signal.Signals(number).name}: finishing this iteration, then saving (again to end at once)"
+            name = signal.Signals(number).name
+            if number == endings.HANGUP:
+                print(f"{name} or lost output: finishing this iteration, then saving", file=sys.stderr)
+                return
+            text = f"{name}: finishing this iteration, then saving (again to end at once)"
             if say is not None:
                 say(text)
             else:
                 print(text, file=sys.stderr)
 
-        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-        try:
+        with endings.handled(stop):
             yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
 
-    def agree(self) -> bool:
+    def agree(self) -> int | None:
         """Tell the other processes of this one's signal and learn of theirs; waits for all of them.
 
         Returns:
-            Whether all end after the iteration that they have just done.
+            The signal for which all end after the iteration that they have just done; None if they go on.
         """
         number = distributed.stop_number(self._own)
         if number is not None and self._own is None:
             self._own, self._own_at = number, time.monotonic()
-        return number is not None
+        return number

@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from lift_lab.app.output import Output
 from lift_lab_rl import stop_signals
 from lift_lab_rl.distributed import Place
 from lift_lab_rl.stop_signals import StopSignals
@@ -15,6 +16,10 @@ ALONE, MAIN, OTHER = Place(), Place(world_size=2), Place(rank=1, world_size=2)
 
 def send(number=signal.SIGTERM):
     signal.raise_signal(number)
+
+
+def hang_up():
+    send(signal.SIGHUP)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -34,6 +39,46 @@ def test_a_second_signal_ends_at_once():
         send()
         with pytest.raises(KeyboardInterrupt):
             send(signal.SIGINT)
+
+
+def test_a_lost_terminal_ends_a_training_however_often_it_says_so(capsys):
+    signals = StopSignals(ALONE)
+    with signals.caught(pytest.fail):
+        hang_up()
+        hang_up()
+        assert signals.agree() == signal.SIGHUP
+    assert capsys.readouterr().err == "SIGHUP or lost output: finishing this iteration, then saving\n"
+
+
+@pytest.mark.parametrize("order", [(signal.SIGHUP, signal.SIGTERM), (signal.SIGTERM, signal.SIGHUP)])
+def test_a_lost_terminal_and_one_more_signal_still_save(order):
+    signals = StopSignals(ALONE)
+    with signals.caught(lambda _: None):
+        for number in order:
+            send(number)
+        assert signals.agree() == signal.SIGTERM
+        with pytest.raises(KeyboardInterrupt):
+            send(signal.SIGINT)
+
+
+def test_nohup_is_respected():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signals = StopSignals(ALONE)
+    try:
+        with signals.caught():
+            hang_up()
+            assert signals.agree() is None
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_output_that_is_lost_stands_for_sighup(monkeypatch):
+    signals = StopSignals(ALONE)
+    with signals.caught(), open("/dev/full", "w") as full:
+        monkeypatch.setattr("sys.stdout", Output(full, "standard output"))
+        print("a line", flush=True)
+        assert signals.agree() == signal.SIGHUP
 
 
 def test_with_several_processes_the_second_counts_after_a_while_only(monkeypatch):

@@ -1,15 +1,18 @@
 """What the scripts share: arguments with overrides behind them, and errors in one line.
 
 A user's mistake ends a script with one line on standard error and exit status 2; anything else is a bug and keeps its
-traceback.
+traceback, with exit status 1. A script that a signal ends has status 128 plus the signal's number.
 """
 
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+
+from . import endings, output
 
 USAGE_ERROR = 2
 """Exit status after a user's mistake."""
@@ -74,14 +77,32 @@ class Parser(argparse.ArgumentParser):
 def run(main: Callable[[], int | None]) -> None:
     """Run a script's main function and exit.
 
+    Signals that ask the process to end, and output that cannot be written, are handled as in
+    :mod:`~lift_lab.app.endings` and :mod:`~lift_lab.app.output`.
+
     Args:
         main: returns the exit status, None for 0.
     """
+    with output.guarded() as (out, _):
+        with endings.handled():
+            status = _status(main, out)
+        out.flush()
+        if out.problem is not None and not endings.is_ignored(endings.HANGUP):
+            status = status or endings.exit_status(endings.HANGUP)
+    raise SystemExit(status)
+
+
+def _status(main: Callable[[], int | None], out: output.Output) -> int:
+    """Run a main function; its exit status, also after an error of the user or a signal."""
     try:
         status = main() or 0
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        status = 130
+        out.flush()  # may find that nobody reads
+        return status
+    except KeyboardInterrupt as interrupt:
+        number = endings.number_of(interrupt)
+        if number != endings.HANGUP or out.problem is None:
+            print("interrupted" if number == signal.SIGINT else f"ended by {interrupt}", file=sys.stderr)
+        return endings.exit_status(number)
     except Exception as error:
         from lift_lab.utils.errors import LiftLabError
 
@@ -90,6 +111,4 @@ def run(main: Callable[[], int | None]) -> None:
         if not isinstance(error, LiftLabError):
             raise
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
-        status = USAGE_ERROR
-    sys.stdout.flush()
-    raise SystemExit(status)
+        return USAGE_ERROR

@@ -7,11 +7,14 @@ Runs come one after the other, each in a process of its own (hydra's local launc
 from __future__ import annotations
 
 import itertools
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 
 from lift_lab.utils.errors import ConfigError
+
+from .endings import number_of
 
 FLAGS = ("-m", "--multirun")
 """How a sweep is asked for (hydra's flags)."""
@@ -64,7 +67,10 @@ def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
         process = subprocess.Popen([sys.executable, argv[0], *flags, *job])
         try:
             status = process.wait()
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
+            number = number_of(interrupt)
+            if number != signal.SIGINT:  # Ctrl-C on a terminal comes to the run, too
+                process.send_signal(number)
             process.wait()
             raise
         if status:

@@ -19,6 +19,7 @@ from rsl_rl.env import VecEnv
 from rsl_rl.runners import OnPolicyRunner
 from rsl_rl.utils import resolve_callable
 
+from lift_lab.app import output
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
@@ -29,7 +30,6 @@ from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
 from .best_policy import BEST, BestPolicy
-from .checkpoint_file import check_fit, read_checkpoint
 from .finite import FiniteGuard
 from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
@@ -47,6 +47,7 @@ class LiftLabRunner(OnPolicyRunner):
         total_steps: steps of environments, of all processes and all runs that this one continues; None before the
             first iteration.
         continues_exactly: whether the episodes of a checkpoint go on.
+        stopped_by: number of the signal that ended the last :meth:`learn` early; None if none did.
     """
 
     logger: RunLogger
@@ -102,6 +103,7 @@ class LiftLabRunner(OnPolicyRunner):
         self.current_learning_iteration = 0
         self.total_steps: int | None = None
         self.continues_exactly = False
+        self.stopped_by: int | None = None
         self._best = BestPolicy(self.cfg.get("success_metric"))
         self._guard = (
             FiniteGuard(env, self.alg, self._shared_tensors()) if self.cfg.get("check_for_nan", True) else None
@@ -135,7 +137,7 @@ class LiftLabRunner(OnPolicyRunner):
         progress: Progress | None = None,
         on_iteration: Callable[[int], None] | None = None,
     ) -> bool:
-        """Train, ending early but cleanly on Ctrl-C or SIGTERM.
+        """Train, ending early but cleanly on Ctrl-C, SIGTERM, SIGHUP, or when output cannot be written any more.
 
         Args:
             num_learning_iterations: iterations to do.
@@ -145,7 +147,7 @@ class LiftLabRunner(OnPolicyRunner):
             on_iteration: called with the number of iterations finished after each of them.
 
         Returns:
-            Whether all iterations were done.
+            Whether all iterations were done; if not, :attr:`stopped_by` is the signal that ended them.
         """
         env: Any = self.env
         if init_at_random_ep_len and not self.continues_exactly:
@@ -158,21 +160,24 @@ class LiftLabRunner(OnPolicyRunner):
             raise ConfigError(f"agent.logger: {error}") from error
         total = self.current_learning_iteration + num_learning_iterations
         shown = progress if progress is not None else contextlib.nullcontext()
-        signals, stops = StopSignals(self.place), False
+        signals, stops = StopSignals(self.place), None
         note = progress.note if progress is not None else None
-        with signals.caught(note), shown, providing_final_obs(env, getattr(self.alg, "needs_final_obs", False)):
-            while self.current_learning_iteration < total and not stops:
+        final_obs = providing_final_obs(env, getattr(self.alg, "needs_final_obs", False))
+        with output.guarded(), signals.caught(note), shown, final_obs:
+            while self.current_learning_iteration < total and stops is None:
                 obs = self._iterate(obs, total, progress)
                 stops = signals.agree()
                 done = self.current_learning_iteration
                 if on_iteration is not None:
                     on_iteration(done)
-                if done % self.cfg["save_interval"] == 0 or done == total or stops:
+                if done % self.cfg["save_interval"] == 0 or done == total or stops is not None:
                     self._save_checkpoint()
         if self.logger.writer is not None:
             self.logger.stop_logging_writer()
             self.logger.writer.close()  # type: ignore[attr-defined]
-        return self.current_learning_iteration >= total
+        finished = self.current_learning_iteration >= total
+        self.stopped_by = None if finished else stops
+        return finished
 
     def _iterate(self, obs: Any, total: int, progress: Progress | None) -> Any:
         """One rollout and one update; returns the observations that the next rollout starts from."""
@@ -368,11 +373,10 @@ class LiftLabRunner(OnPolicyRunner):
             The checkpoint's ``infos``.
 
         Raises:
-            FileError: there is no such file, or it is damaged.
-            ConfigError: it is no checkpoint, holds a number that is not finite, or is of other networks or another
-                optimizer. Nothing was loaded then.
+            FileError: there is no such file, or it cannot be read.
+            ConfigError: the file is of other networks.
         """
-        content = read_checkpoint(path, map_location or self.device)
+        content = load_torch(path, map_location=map_location or self.device)
         with_iteration = self._load_networks(path, content, load_cfg, strict)
         if self.alg.schedule == "fixed":  # an adapted rate is part of the state, a fixed one is a setting
             self.alg.learning_rate = self.cfg["algorithm"]["learning_rate"]
@@ -394,11 +398,10 @@ class LiftLabRunner(OnPolicyRunner):
             The checkpoint's ``infos``.
 
         Raises:
-            FileError: there is no such file, or it is damaged.
-            ConfigError: it is no checkpoint, holds no policy or a number that is not finite, or is of other networks.
-                Nothing was loaded then.
+            FileError: there is no such file, or it cannot be read.
+            ConfigError: the file holds no policy, or is of other networks.
         """
-        content = read_checkpoint(path, self.device)
+        content = load_torch(path, map_location=self.device)
         content[LAST] = acting_policy(content, path)
         parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
         self._load_networks(path, content, parts, strict=True)
@@ -406,7 +409,6 @@ class LiftLabRunner(OnPolicyRunner):
 
     def _load_networks(self, path: str, content: dict[str, Any], parts: dict | None, strict: bool) -> bool:
         try:
-            check_fit(self.alg, content, parts, strict)
             return self.alg.load(content, parts, strict)
         except (RuntimeError, KeyError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200].rstrip(" .")

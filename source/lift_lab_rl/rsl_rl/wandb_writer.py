@@ -156,7 +156,7 @@ class _Guard:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> bool:
         if kind is None or error is None:
             return False
-        if kind is KeyboardInterrupt and not self._starting:
+        if issubclass(kind, KeyboardInterrupt) and not self._starting:
             self._writer.give_up("interrupted; 'wandb sync' sends the rest")
             return True
         if not (issubclass(kind, OSError) or kind.__module__.partition(".")[0] == "wandb"):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import queue
+import signal
 import time
 from typing import Any
 
 import torch
 
+from lift_lab.app import endings
 from lift_lab.envs.filming import update_markers
 from lift_lab.utils.errors import ConfigError, LiftLabError, suggest
 from lift_lab.visualizers import BodyLayer, MarkerLayer
@@ -101,14 +103,14 @@ class ViewerSession:
             if pending:
                 self._draw()
 
-    def stop(self, *_: Any) -> None:
-        """End :meth:`run` after the running step.
+    def stop(self, number: int = signal.SIGINT, _: Any = None) -> None:
+        """End :meth:`run` after the running step. Takes a signal's number, so that it can be the signal's handler.
 
         Raises:
-            KeyboardInterrupt: it was called before.
+            KeyboardInterrupt: it was called before, and this is not SIGHUP, which may come several times.
         """
-        if self._stopping:
-            raise KeyboardInterrupt
+        if self._stopping and number != endings.HANGUP:
+            raise endings.Interrupted(number)
         self._stopping = True
 
     def _wait(self, due: float) -> None:
