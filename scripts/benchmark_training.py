@@ -16,7 +16,8 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
     """(object, method, name of the part, or its names by the part that calls it), for rsl_rl's runner."""
     from lift_lab_rl.rsl_rl.mlp_passes import AutogradPasses, EluPasses
 
-    algorithm, logger = runner.alg, runner.logger
+    algorithm, logger, guard = runner.alg, runner.logger, runner._guard
+    checks = ("look_at_rollout", "check_rollout", "keep", "check_update")
     step = [
         (owner, method, "physics" if name in ENGINE else "environment: managers and resets")
         for owner, method, name in step_parts(runner.env.unwrapped)
@@ -30,7 +31,7 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
         (algorithm, "compute_returns", "returns"),
         (logger, "process_env_step", "sums of episodes"),
         (logger, "log_iteration", "logs"),
-        (runner, "_check_finite", "search for NaN"),
+        *((guard, method, "search for NaN") for method in checks if guard is not None),
         (algorithm, "update", "update: the rest"),
         (algorithm, "_gather", "update: gathers"),
         (algorithm, "_policy_piece", "update: loss"),
