@@ -223,6 +223,34 @@ def generate(stage) -> None:
     instancer.CreatePrototypesRel().SetTargets([ball.GetPath()])
     instancer.CreateProtoIndicesAttr([0, 0])
     instancer.CreatePositionsAttr([Gf.Vec3f(0, 3, 1), Gf.Vec3f(0, 6, 1)])
+    _add_instanced_colliders(stage)
+
+
+def _add_instanced_colliders(stage) -> None:
+    """Author a body whose colliders stand below an instanced prim with CollisionAPI, and a frame welded to it."""
+    from pxr import Gf, Sdf, UsdGeom, UsdPhysics
+
+    stage.CreateClassPrim("/shapes").SetTypeName("Xform")
+    UsdGeom.Cube.Define(stage, "/shapes/box").CreateSizeAttr(0.5)
+    UsdGeom.Xform.Define(stage, "/shapes/deep").AddTranslateOp().Set(Gf.Vec3d(0, 0, 0.5))
+    UsdGeom.Sphere.Define(stage, "/shapes/deep/ball").CreateRadiusAttr(0.1)
+    foot = UsdGeom.Xform.Define(stage, "/World/foot")
+    foot.AddTranslateOp().Set(Gf.Vec3d(0, -3, 1))
+    UsdPhysics.RigidBodyAPI.Apply(foot.GetPrim())
+    colliders = UsdGeom.Xform.Define(stage, "/World/foot/colliders").GetPrim()
+    colliders.GetReferences().AddInternalReference("/shapes")
+    colliders.SetInstanceable(True)
+    UsdPhysics.CollisionAPI.Apply(colliders)
+    UsdPhysics.MeshCollisionAPI.Apply(colliders).CreateApproximationAttr("boundingCube")
+    UsdPhysics.MassAPI.Apply(colliders).CreateMassAttr(3.0)
+    colliders.CreateAttribute("physxCollision:contactOffset", Sdf.ValueTypeNames.Float).Set(0.02)
+    frame = UsdGeom.Xform.Define(stage, "/World/frame").GetPrim()
+    UsdPhysics.RigidBodyAPI.Apply(frame)
+    UsdPhysics.MassAPI.Apply(frame).CreateMassAttr(1e-9)
+    frame.CreateAttribute("newton:inertia", Sdf.ValueTypeNames.DoubleArray).Set([0.0] * 6)
+    weld = UsdPhysics.FixedJoint.Define(stage, "/World/weld")
+    weld.CreateBody0Rel().SetTargets(["/World/foot"])
+    weld.CreateBody1Rel().SetTargets(["/World/frame"])
 
 
 def mutate(text: str, rng: random.Random) -> bytes:

@@ -11,10 +11,11 @@ from pxr import Tf, Usd, UsdUtils
 
 from lift_lab.usd.audit import raise_on_ignored, reject_nan
 from lift_lab.usd.build import Builder
+from lift_lab.usd.inherited import inherit_colliders
 from lift_lab.usd.parse import ParsedStage, parse
 from lift_lab.usd.rehearsal import rehearse
 from lift_lab.usd.report import ImportReport, UsdImportError
-from lift_lab.usd.stage import first_line, note_diagnostics, open_stage
+from lift_lab.usd.stage import first_line, note_diagnostics, open_stage, prototypes
 
 
 def load(
@@ -69,5 +70,8 @@ def import_stage(stage: Usd.Stage, name: str, restitution: bool = False) -> tupl
     default = stage.GetDefaultPrim()
     report = ImportReport(name, default.GetName() if default else "")
     reject_nan(stage, name)
-    parsed = parse(stage, name, report)
+    parts = prototypes(stage)
+    inherited = inherit_colliders(stage, report, parts)
+    parsed = parse(stage, name, report, parts)
+    parsed.inherited = inherited
     return parsed, Builder(parsed, restitution).build()

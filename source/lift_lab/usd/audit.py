@@ -189,8 +189,11 @@ def audit_support(parsed: ParsedStage) -> None:
     """Report every authored physics property that the importer does not read."""
     animated = has_time_samples(parsed.stage)
     for prim in parsed.prims:
+        inherited = parsed.inherited.get(str(prim.GetPath()))
         for prop in prim.GetAuthoredProperties():
             name = prop.GetName()
+            if inherited and name in inherited.attributes:
+                continue  # what there is to say about it is said of the prim that authors it
             if (
                 animated
                 and _is_checked(name)

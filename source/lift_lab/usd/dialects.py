@@ -131,9 +131,10 @@ SITE_SCHEMAS = ("MjcSiteAPI", "NewtonSiteAPI")
 TABLES = (JOINT, COLLIDER, MATERIAL, BODY, ARTICULATION, SCENE)
 
 
-def patterns() -> list[str]:
-    """Every attribute of the tables, `*` for the axis."""
-    return [source.attribute.replace("{axis}", "*") for table in TABLES for rows in table.values() for source in rows]
+def patterns(*tables: dict[str, tuple[Source, ...]]) -> list[str]:
+    """Every attribute of the given tables, or of all, with `*` for the axis."""
+    tables = tables or TABLES
+    return [source.attribute.replace("{axis}", "*") for table in tables for rows in table.values() for source in rows]
 
 
 def resolve(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import mujoco
-from pxr import UsdPhysics
+from pxr import Sdf, Usd, UsdPhysics
 
 from lift_lab.usd import dialects
 from lift_lab.usd.geoms import Collider
@@ -137,11 +137,31 @@ class _Rules:
         if not self.parsed.groups:
             return
         table = UsdPhysics.CollisionGroup.ComputeCollisionGroupTable(self.parsed.stage)
-        memberships = [[str(g) for g in c.desc.collisionGroups] for c in self.colliders]
+        memberships = self._memberships()
         grouped = [i for i, groups in enumerate(memberships) if groups]
         for x, y in combinations(grouped, 2):
             if not all(table.IsCollisionEnabled(g, h) for g in memberships[x] for h in memberships[y]):
                 self._forbid(x, y)
+
+    def _memberships(self) -> list[list[str]]:
+        """Groups of each collider: those that its own path belongs to, and those that list the prim it inherits from.
+
+        A collection that expands its prims has the shapes below as members anyway.
+        """
+        queries = {}
+        for path in self.parsed.groups:
+            collection = Usd.CollectionAPI(self.parsed.prim(path), "colliders")
+            if collection.GetExpansionRuleAttr().Get() == Usd.Tokens.explicitOnly:
+                queries[path] = collection.ComputeMembershipQuery()
+        found = []
+        for collider in self.colliders:
+            groups = dict.fromkeys(str(group) for group in collider.desc.collisionGroups)
+            inherited = self.parsed.inherited.get(collider.path)
+            if inherited:
+                owner = Sdf.Path(inherited.owner)
+                groups.update(dict.fromkeys(path for path, query in queries.items() if query.IsPathIncluded(owner)))
+            found.append(list(groups))
+        return found
 
     def write(self, spec: mujoco.MjSpec) -> None:
         self._drop_covered()

@@ -106,10 +106,13 @@ def add_colliders(
             appearance.apply(prim, geom)
             collider.geoms.append(geom)
         colliders.append(collider)
+    owners = {inherited.owner for inherited in parsed.inherited.values()}
     for prim in parsed.prims:
-        if has_schema(prim, "PhysicsCollisionAPI") and str(prim.GetPath()) not in parsed.shapes:
-            reason = f"usd-core finds no collision shape on a {prim.GetTypeName() or 'prim without type'}"
-            parsed.report.ignore(prim.GetPath(), "PhysicsCollisionAPI", reason)
+        path = str(prim.GetPath())
+        if has_schema(prim, "PhysicsCollisionAPI") and path not in parsed.shapes and path not in owners:
+            where = "on" if prim.IsA(UsdGeom.Gprim) else "below"
+            reason = f"there is no collision shape {where} a {prim.GetTypeName() or 'prim without type'}"
+            parsed.report.ignore(path, "PhysicsCollisionAPI", reason)
     return colliders
 
 

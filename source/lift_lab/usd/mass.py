@@ -125,9 +125,22 @@ def set_inertials(
     explicit = {path: read_explicit(parsed, parsed.prim(path), frame) for path, (_, frame, _) in bodies.items()}
     incomplete = {p for p, e in explicit.items() if e.mass is None or e.com is None or e.tensor is None}
     parts: dict[str, list[Inertial]] = {path: [] for path in bodies}
+    groups: dict[str, tuple[str, Explicit, list[Inertial]]] = {}
     for collider, unit in _shape_inertials(parsed, [c for c in colliders if c.home.path in incomplete]):
         path = str(collider.home.path)
-        parts[path].append(_part(parsed, collider, unit, explicit[path]))
+        owner = _massive_owner(parsed, collider)
+        if owner is None:
+            parts[path].append(_part(parsed, collider, unit, explicit[path]))
+            continue
+        of_owner = read_explicit(parsed, parsed.prim(owner), collider.home.frame) if owner not in groups else None
+        _, stated, members = groups.setdefault(owner, (path, of_owner or Explicit(), []))
+        members.append(_part(parsed, collider, unit, explicit[path], stated.density))
+    for owner, (path, stated, members) in groups.items():
+        whole = _combine(parsed, owner, stated, members, moving=False)
+        if whole is not None:
+            tensor = stated.tensor if stated.tensor is not None else whole.tensor
+            parts[path].append(Inertial(whole.mass, whole.com, tensor))
+    _note_masses_above(parsed, colliders)
     for path, (body, _, moving) in bodies.items():
         inertial = _combine(parsed, path, explicit[path], parts[path], moving)
         if inertial is not None:
@@ -172,13 +185,36 @@ def _shape_inertials(parsed: ParsedStage, colliders: list[Collider]) -> list[tup
     return found
 
 
-def _part(parsed: ParsedStage, collider: Collider, unit: Inertial, body: Explicit) -> Inertial:
+def _massive_owner(parsed: ParsedStage, collider: Collider) -> str | None:
+    """The prim whose CollisionAPI a shape inherits, if its MassAPI is that of all its shapes together."""
+    inherited = parsed.inherited.get(collider.path)
+    if inherited is None or inherited.owner in parsed.bodies:
+        return None
+    owner = parsed.prim(inherited.owner)
+    return inherited.owner if owner.HasAPI(UsdPhysics.MassAPI) and parsed.body_of(owner) == collider.home.path else None
+
+
+def _note_masses_above(parsed: ParsedStage, colliders: list[Collider]) -> None:
+    """Note a MassAPI whose prim gives CollisionAPI to shapes of bodies below it: there is no one body to weigh."""
+    for collider in colliders:
+        inherited = parsed.inherited.get(collider.path)
+        if inherited is None or inherited.owner in parsed.bodies or collider.home.path is None:
+            continue
+        owner = parsed.prim(inherited.owner)
+        if owner.HasAPI(UsdPhysics.MassAPI) and parsed.body_of(owner) != collider.home.path:
+            parsed.report.ignore(owner.GetPath(), "PhysicsMassAPI", "its colliders belong to bodies below it")
+
+
+def _part(
+    parsed: ParsedStage, collider: Collider, unit: Inertial, body: Explicit, above: float | None = None
+) -> Inertial:
+    """Inertial of one collider; `above` is the density that the prim states whose CollisionAPI it inherits."""
     own = read_explicit(parsed, collider.prim, collider.home.frame)
     thickness = value_of(collider.prim, "newton:shellThickness")
     if collider.shell and thickness is not None and np.isfinite(thickness):
         wall = float(thickness) * parsed.units.length
         unit = Inertial(unit.mass * wall, unit.com, unit.tensor * wall)
-    density = own.density or body.density or collider.contact.density or WATER
+    density = own.density or above or body.density or collider.contact.density or WATER
     mass = own.mass if own.mass is not None else density * unit.mass
     com = own.com if own.com is not None else unit.com
     tensor = own.tensor
@@ -235,7 +271,8 @@ def _write(parsed: ParsedStage, path: str, body: mujoco.MjsBody, inertial: Inert
         reason = f"no inertia: a principal moment is negative, {_listed(moments)} kg m^2"
         raise parsed.fail(path, _inertia_attribute(explicit), reason)
     moments = np.maximum(moments, 0.0)
-    largest, others = int(np.argmax(moments)), float(np.sort(moments)[:2].sum())
+    largest, (least, middle, _) = int(np.argmax(moments)), np.sort(moments)
+    others = float(least + middle)
     if moments[largest] > others:
         excess = float(moments[largest] / others - 1) if others > 0 else np.inf
         cause = "float32 rounding" if excess < _ROUNDING else f"no rigid body has it, by {100 * excess:.2g} %"
@@ -243,7 +280,7 @@ def _write(parsed: ParsedStage, path: str, body: mujoco.MjsBody, inertial: Inert
             reason = f"largest moment lowered to the sum of the others ({cause})"
             parsed.report.approximate(path, _inertia_attribute(explicit), reason)
         moments = moments.copy()
-        moments[largest] = others * (1 - 1e-12)
+        moments[largest] = max(others * (1 - 1e-12), middle)
     body.inertia, body.iquat = moments, Pose(np.zeros(3), axes).quat
 
 

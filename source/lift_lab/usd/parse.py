@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from lift_lab.usd.report import ImportReport, UsdImportError
+from lift_lab.usd.stage import is_below
 from lift_lab.usd.units import Pose, Units, gf_matrix, polar
+
+if TYPE_CHECKING:
+    from lift_lab.usd.inherited import Inherited
 
 _LARGE = 1e12
 """Largest scale and position that is taken seriously."""
@@ -74,6 +78,8 @@ class ParsedStage:
     articulations: dict[str, Any] = field(default_factory=dict)
     groups: dict[str, Any] = field(default_factory=dict)
     scenes: dict[str, Any] = field(default_factory=dict)
+    inherited: dict[str, Inherited] = field(default_factory=dict)
+    """Colliders that are ones because of a prim above them, by path."""
     xforms: UsdGeom.XformCache = field(default_factory=UsdGeom.XformCache)
 
     def prim(self, path: object) -> Usd.Prim:
@@ -132,14 +138,21 @@ def has_schema(prim: Usd.Prim, name: str) -> bool:
     return any(s == name or s.startswith(f"{name}:") for s in applied_schemas(prim))
 
 
-def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
-    """Run usd-core's physics parser over the whole stage and index its descriptors.
+def parse(stage: Usd.Stage, source: str, report: ImportReport, parts: list[Sdf.Path]) -> ParsedStage:
+    """Run usd-core's physics parser over the stage and index its descriptors.
+
+    Args:
+        stage: The stage.
+        source: What to call it in messages.
+        report: Takes notes.
+        parts: Prims that are passed over, with all below (:func:`lift_lab.usd.stage.prototypes`).
 
     Raises:
         UsdImportError: A joint names a prim that does not exist, or the same body twice.
     """
     predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
     prims = list(Usd.PrimRange(stage.GetPseudoRoot(), predicate))[1:]
+    prims = [prim for prim in prims if not is_below(prim.GetPath(), parts)] if parts else prims
     order = {str(prim.GetPath()): i for i, prim in enumerate(prims)}
     parsed = ParsedStage(stage, source, Units.of(stage), report, prims, order)
     for name, value in (("metersPerUnit", parsed.units.length), ("kilogramsPerUnit", parsed.units.mass)):
@@ -153,6 +166,10 @@ def parse(stage: Usd.Stage, source: str, report: ImportReport) -> ParsedStage:
         TYPES.CollisionGroup: parsed.groups,
         TYPES.Scene: parsed.scenes,
     }
+    if parts:
+        for kind, (paths, descs) in found.items():
+            kept = [(p, d) for p, d in zip(paths, descs, strict=True) if not is_below(p, parts)]
+            found[kind] = ([p for p, _ in kept], [d for _, d in kept])
     for kind, (paths, descs) in found.items():
         store = parsed.shapes if kind in SHAPE_TYPES else stores.get(kind)
         if store is not None:

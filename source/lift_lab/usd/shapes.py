@@ -196,6 +196,8 @@ _READERS = {
     "Points": _points,
     "Mesh": _mesh,
 }
+KINDS = frozenset(_READERS)
+"""Types of prims that have a shape here."""
 
 
 def _as_mesh(triangles: Triangles, pose: Pose, stretch: np.ndarray) -> Shape:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdUtils
 
 from lift_lab.usd.report import ImportReport, UsdImportError
 from lift_lab.utils.errors import suggest
@@ -148,6 +148,47 @@ def _scale(stage: Usd.Stage, name: str, scale: float | Sequence[float]) -> None:
         if prim.IsA(UsdGeom.Xformable):
             op = UsdGeom.Xformable(prim).AddScaleOp(UsdGeom.XformOp.PrecisionDouble, "import")
             op.Set(Gf.Vec3d(*factors))
+
+
+def prototypes(stage: Usd.Stage) -> list[Sdf.Path]:
+    """Prims outside the default prim that it refers to: parts of it, and no things of their own.
+
+    Isaac Sim's importers keep the shapes of a robot so, under `/colliders` and `/visuals` beside the robot. A prim with
+    rigid bodies is a thing of its own.
+    """
+    default = stage.GetDefaultPrim()
+    roots = stage.GetPseudoRoot().GetChildren()
+    if not default or all(prim == default for prim in roots):
+        return []
+    arcs: list[tuple[Sdf.Path, Sdf.Path]] = []
+    for layer in stage.GetLayerStack():
+
+        def visit(path: Sdf.Path, layer: Sdf.Layer = layer) -> None:
+            spec = layer.GetPrimAtPath(path) if path.IsPrimPath() or path.IsPrimVariantSelectionPath() else None
+            for items in (spec.referenceList, spec.payloadList) if spec else ():
+                own = path.StripAllVariantSelections()
+                arcs.extend((own, arc.primPath) for arc in items.GetAppliedItems() if not arc.assetPath)
+
+        layer.Traverse(Sdf.Path.absoluteRootPath, visit)
+    found: dict[Sdf.Path, None] = {}
+    parts = [default.GetPath()]
+    while parts:
+        part = parts.pop()
+        for source, target in arcs:
+            outside = target and not target.HasPrefix(default.GetPath())
+            if outside and source.HasPrefix(part) and target not in found:
+                found[target] = None
+                parts.append(target)
+    return [path for path in found if not _holds_bodies(stage.GetPrimAtPath(path))]
+
+
+def _holds_bodies(prim: Usd.Prim) -> bool:
+    return any(part.HasAPI(UsdPhysics.RigidBodyAPI) for part in Usd.PrimRange(prim, _EVERYTHING)) if prim else False
+
+
+def is_below(path: Sdf.Path | str, tops: list[Sdf.Path]) -> bool:
+    """Whether a path is one of `tops` or below one."""
+    return bool(tops) and any(Sdf.Path(str(path)).HasPrefix(top) for top in tops)
 
 
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)

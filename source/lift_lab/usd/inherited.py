@@ -1,0 +1,130 @@
+"""CollisionAPI on a prim that is no shape: every shape below it is a collider, as in PhysX.
+
+usd-core's parser makes colliders of the shapes alone that carry CollisionAPI themselves. So before it runs, the schema
+and what is authored with it are copied, on the session layer, to the shapes below. Bound materials are inherited by
+USD itself.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from dataclasses import dataclass
+
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+
+from lift_lab.usd import dialects
+from lift_lab.usd.parse import applied_schemas, has_schema
+from lift_lab.usd.report import ImportReport
+from lift_lab.usd.shapes import KINDS
+from lift_lab.usd.stage import is_below
+
+_EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+_PASSED = (
+    *("physics:collisionEnabled", "physics:approximation", "physxCollision:*Offset", "mjc:shellinertia", "mjc:inertia"),
+    *("newton:massModel", "newton:shellThickness"),
+    *dialects.patterns(dialects.COLLIDER),
+)
+"""Attributes of a collider that shapes below take over, where they have none of their own."""
+_MERGED = "PhysxMeshMergeCollisionAPI"
+_NO_RIGID_SHAPE = re.compile(r"Deformable|Particle|Cloth")
+
+
+@dataclass(frozen=True)
+class Inherited:
+    """Where a shape has its CollisionAPI from."""
+
+    owner: str
+    """Path of the prim above that carries the schema."""
+    attributes: frozenset[str]
+    """Attributes that were copied from it."""
+
+
+def inherit_colliders(stage: Usd.Stage, report: ImportReport, parts: list[Sdf.Path]) -> dict[str, Inherited]:
+    """Make colliders of the shapes below prims with CollisionAPI that are no shapes.
+
+    The nearest such prim above counts; a shape with a CollisionAPI of its own keeps that. Instances are ended where
+    their shapes become colliders.
+
+    Args:
+        stage: The stage, its edit target a layer that may be written to.
+        report: Takes notes of merged meshes.
+        parts: Prims that are left alone, with all below (:func:`lift_lab.usd.stage.prototypes`).
+
+    Returns:
+        Where each of these shapes has its schema from, by its path.
+    """
+    while True:
+        found = [(shape, owner) for owner in _owners(stage, parts) for shape in _shapes_below(owner)]
+        shared = {_instance(shape) for shape, _ in found if shape.IsInstanceProxy()}
+        if not shared:
+            break
+        layer = stage.GetEditTarget().GetLayer()
+        with Sdf.ChangeBlock():
+            for path in shared:
+                Sdf.CreatePrimInLayer(layer, path).instanceable = False
+    inherited = {}
+    for owner in {owner for _, owner in found}:
+        if has_schema(owner, _MERGED):
+            reason = "each mesh collides by itself, not merged into one"
+            report.approximate(owner.GetPath(), _MERGED, reason)
+    for shape, owner in found:
+        attributes = _pass_on(owner, shape)
+        inherited[str(shape.GetPath())] = Inherited(str(owner.GetPath()), attributes)
+    return inherited
+
+
+def _is_shape(prim: Usd.Prim) -> bool:
+    return str(prim.GetTypeName()) in KINDS
+
+
+def _owners(stage: Usd.Stage, parts: list[Sdf.Path]) -> list[Usd.Prim]:
+    prims = Usd.PrimRange(stage.GetPseudoRoot(), _EVERYTHING)
+    owners = [prim for prim in prims if prim.HasAPI(UsdPhysics.CollisionAPI) and not prim.IsA(UsdGeom.Gprim)]
+    return [owner for owner in owners if not is_below(owner.GetPath(), parts)]
+
+
+def _shapes_below(owner: Usd.Prim) -> list[Usd.Prim]:
+    """Shapes without CollisionAPI that belong to `owner` and to no such prim between."""
+    merged = Usd.CollectionAPI(owner, "collisionmeshes") if has_schema(owner, _MERGED) else None
+    members = merged.ComputeMembershipQuery() if merged and merged.GetIncludesRel().GetTargets() else None
+    found = []
+    walk = iter(Usd.PrimRange(owner, _EVERYTHING))
+    for prim in walk:
+        if prim == owner:
+            continue
+        if prim.HasAPI(UsdPhysics.CollisionAPI):
+            walk.PruneChildren()
+        elif _is_shape(prim) and _is_rigid(prim) and (members is None or members.IsPathIncluded(prim.GetPath())):
+            found.append(prim)
+    return found
+
+
+def _is_rigid(shape: Usd.Prim) -> bool:
+    """Whether a shape can be a collider: it is no site, and no body of another kind."""
+    schemas = applied_schemas(shape)
+    return not any(schema in dialects.SITE_SCHEMAS or _NO_RIGID_SHAPE.search(schema) for schema in schemas)
+
+
+def _instance(prim: Usd.Prim) -> Sdf.Path:
+    """The outermost instance that a prim is a part of."""
+    while prim.IsInstanceProxy():
+        prim = prim.GetParent()
+    return prim.GetPath()
+
+
+def _pass_on(owner: Usd.Prim, shape: Usd.Prim) -> frozenset[str]:
+    UsdPhysics.CollisionAPI.Apply(shape)
+    if shape.IsA(UsdGeom.Mesh) and owner.HasAPI(UsdPhysics.MeshCollisionAPI):
+        UsdPhysics.MeshCollisionAPI.Apply(shape)
+    copied = set()
+    for attribute in owner.GetAuthoredAttributes():
+        name = attribute.GetName()
+        own = shape.GetAttribute(name)
+        if (own and own.HasAuthoredValue()) or not any(fnmatch.fnmatchcase(name, pattern) for pattern in _PASSED):
+            continue
+        value = attribute.Get()
+        if value is not None:
+            shape.CreateAttribute(name, attribute.GetTypeName(), custom=False).Set(value)
+            copied.add(name)
+    return frozenset(copied)
