@@ -90,6 +90,47 @@ def test_an_episode_that_a_termination_or_a_finite_horizon_ended_is_not_bootstra
     assert infos[0]["TimeLimit.truncated"] is False
 
 
+class Paying(Sb3VecEnvWrapper):
+    """Pays more from the second episode on, which begins after 4 steps."""
+
+    bonus = 0.0
+
+    def step_wait(self):
+        obs, rewards, dones, infos = super().step_wait()
+        return obs, rewards + self.bonus * (self.unwrapped.common_step_counter > 4), dones, infos
+
+
+def learnt(make, bonus=0.0):
+    """Rollout and agent of the shipped settings, whose networks do not change."""
+    env = make(2, episode_length_s=4 / 60)
+    env.__class__, env.bonus = Paying, bonus
+    cfg = load_cfg_from_registry("Cartpole", "sb3_cfg_entry_point") | {"n_steps": 12, "learning_rate": 0.0}
+    agent, _, _ = build(env, cfg)
+    agent.learn(12 * env.num_envs)
+    return agent.rollout_buffer, agent
+
+
+def test_a_return_at_a_time_limit_is_the_reward_and_the_value_of_the_last_observation(make):
+    rollout, agent = learnt(make)
+    actions, returns = rollout.actions.reshape(2, 12, 1), rollout.returns.reshape(2, 12)
+    twin = make(2)  # from the same state, but its episodes go on
+    twin.reset()
+    state = torch.as_tensor(rollout.observations.reshape(2, 12, 4)[:, 0])  # positions and velocities
+    twin.unwrapped.scene["robot"].write_joint_state_to_sim(state[:, :2], state[:, 2:])
+    for step in range(4):
+        obs, rewards, *_ = twin.step(actions[:, step].clip(-100.0, 100.0))
+    with torch.no_grad():
+        value = agent.policy.predict_values(torch.as_tensor(obs)).numpy()[:, 0]
+    np.testing.assert_allclose(returns[:, 3], rewards + agent.gamma * value, atol=1e-6, rtol=1e-5)
+    assert np.abs(value).min() > 1e-4
+
+
+def test_the_next_episodes_pay_changes_no_return_of_an_episode_that_a_time_limit_ended(make):
+    plain, paid = (learnt(make, bonus)[0].returns.reshape(2, 12) for bonus in (0.0, 100.0))
+    np.testing.assert_array_equal(plain[:, :4], paid[:, :4])
+    assert (paid[:, 4:] > plain[:, 4:] + 50.0).all()
+
+
 def test_all_infos_hold_the_log_on_request(make):
     env = make(1, episode_length_s=1 / 60)
     full = Sb3VecEnvWrapper(env.env, fast_variant=False)

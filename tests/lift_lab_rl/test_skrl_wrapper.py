@@ -8,6 +8,7 @@ import torch
 
 pytest.importorskip("skrl", reason="skrl is not installed (the extra 'skrl')")
 
+from skrl.trainers.torch import ParallelTrainer, SequentialTrainer, SequentialTrainerCfg, Trainer
 from skrl.utils.runner.torch import Runner
 
 import lift_lab_tasks  # noqa: F401
@@ -129,3 +130,98 @@ def test_the_lift_task_trains_with_normalised_observations(make, tmp_path):
     runner.agent.save(str(tmp_path / "agent.pt"))
     saved = torch.load(tmp_path / "agent.pt", weights_only=False)
     assert saved["observation_preprocessor"]["running_mean"].shape == (36,)
+
+
+# -- time limits
+
+LENGTH = 5
+"""Steps of an episode; a rollout has three."""
+
+
+class Paying(SkrlVecEnvWrapper):
+    """Pays more from the second episode on."""
+
+    bonus = 0.0
+
+    def step(self, actions):
+        obs, rewards, *others = super().step(actions)
+        return obs, rewards + self.bonus * (self.unwrapped.common_step_counter > LENGTH), *others
+
+
+def learnt(make, bonus=0.0, **settings):
+    """Memory of one rollout of the shipped settings, whose networks do not change, and the agent."""
+    env = make(4, episode_length_s=LENGTH / 60)
+    env.__class__, env.bonus = Paying, bonus
+    cfg = agent_cfg()
+    cfg["agent"].update(value_preprocessor=None, learning_rate=0.0, learning_rate_scheduler=None, **settings)
+    runner = Runner(env, cfg)
+    runner.run()
+    memory = runner.agent.memory
+    names = ("actions", "rewards", "truncated", "terminated", "returns")
+    return {name: memory.get_tensor_by_name(name)[..., 0].clone() for name in names}, runner.agent
+
+
+def test_the_shipped_files_ask_for_values_beyond_time_limits():
+    for task in ("Cartpole", "Lift-Cube-Franka"):
+        assert agent_cfg(task)["agent"]["time_limit_bootstrap"] is True
+
+
+def test_a_return_at_a_time_limit_is_the_reward_and_the_value_of_the_last_observation(make):
+    found, agent = learnt(make)
+    assert found["truncated"].nonzero()[::4, 0].tolist() == [4, 9, 14]
+    twin = make(4)  # the same random numbers, but its episodes go on
+    twin.reset()
+    for step in range(LENGTH):
+        obs, rewards, *_ = twin.step(found["actions"][step, :, None])
+    with torch.no_grad():
+        value, _ = agent.value.act({"observations": obs}, role="value")
+    expected = (rewards + agent.cfg.discount_factor * value)[:, 0]
+    torch.testing.assert_close(found["returns"][LENGTH - 1], expected, atol=1e-6, rtol=1e-5)
+    assert value.abs().min() > 1e-4
+
+
+@pytest.mark.parametrize("bootstrap", [True, False])
+def test_the_next_episodes_pay_changes_no_return_of_an_episode_that_a_time_limit_ended(make, bootstrap):
+    plain, _ = learnt(make, time_limit_bootstrap=bootstrap)
+    paid, _ = learnt(make, bonus=100.0, time_limit_bootstrap=bootstrap)
+    assert torch.equal(plain["returns"][:LENGTH], paid["returns"][:LENGTH])
+    assert (paid["returns"][LENGTH:] > plain["returns"][LENGTH:] + 50.0).all()
+    if not bootstrap:
+        torch.testing.assert_close(plain["returns"][LENGTH - 1], plain["rewards"][LENGTH - 1])
+
+
+class Recorder:
+    """As much of an agent as a trainer asks for."""
+
+    cfg = None
+
+    def init(self, trainer_cfg=None):
+        pass
+
+    def record_transition(self, **transition):
+        self.transition = transition
+
+
+def test_simultaneous_agents_get_the_last_observations_of_their_own_environments(make):
+    env, agents = make(3, episode_length_s=1 / 60), [Recorder(), Recorder()]
+    trainer = SequentialTrainer(
+        cfg=SequentialTrainerCfg(close_environment_at_exit=False), env=env, agents=agents, scopes=[1, 2]
+    )
+    env.reset()
+    obs, _, terminated, truncated, _ = env.step(torch.zeros(3, 1))
+    assert truncated.all()
+    last = env.final_observations[0]
+    assert (last != obs).any(1).all()
+    for agent, (first, end) in zip(agents, trainer.scopes, strict=True):
+        rows = slice(first, end)
+        agent.record_transition(
+            next_observations=obs[rows], next_states=None, terminated=terminated[rows], truncated=truncated[rows]
+        )
+        assert torch.equal(agent.transition["next_observations"], last[rows])
+
+
+def test_agents_in_other_processes_are_refused(make):
+    trainer = object.__new__(ParallelTrainer)
+    cfg = SequentialTrainerCfg(close_environment_at_exit=False)
+    with pytest.raises(ConfigError, match="use SequentialTrainer"):
+        Trainer.__init__(trainer, cfg=cfg, env=make(1), agents=Recorder())
