@@ -76,7 +76,7 @@ def test_play_and_evaluate_act_with_the_average_where_there_is_one(tmp_path, sha
 
 def test_a_file_without_a_policy_is_answered_alike_by_playing_and_shipping(tmp_path):
     path = tmp_path / "resume_state_4.pt"
-    save_torch(path, {"iteration": 4})
+    save_torch(path, {"iter": 4})
     runner = make_runner(None)
     with pytest.raises(ConfigError, match=r"resume_state_4\.pt' holds no policy") as playing:
         runner.load_policy(str(path))

@@ -15,9 +15,10 @@ from typing import Any
 import torch
 
 from lift_lab.utils.errors import ConfigError, FileError
-from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
+from lift_lab_rl.files import canonical, save_torch, write_atomically
 from lift_lab_rl.run_params import read_params
 
+from .checkpoint_file import read_checkpoint
 from .exporter import export_policy_as_onnx
 from .policy_average import AVERAGE, LAST, acting_policy
 from .runner import LiftLabRunner
@@ -54,7 +55,7 @@ def write_pretrained(
         ExportError: the ONNX file does not act as the policy does.
     """
     checkpoint, folder = Path(checkpoint), Path(folder)
-    content = load_torch(checkpoint)
+    content = read_checkpoint(checkpoint)
     actor = acting_policy(content, checkpoint)
     card = _card(checkpoint, content, task, results)
     counters = (content.get("infos") or {}).get("env_state", {})

@@ -5,10 +5,10 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.distributed import Place
-from lift_lab_rl.files import load_torch
 from lift_lab_rl.run_params import read_params
+
+from .checkpoint_file import read_checkpoint
 
 
 def state_name(place: Place, iteration: int | str) -> str:
@@ -27,13 +27,10 @@ def checkpoint_iteration(path: str | Path) -> int:
     """Iterations that the checkpoint at ``path`` had finished.
 
     Raises:
-        FileError: there is no such file, or it cannot be read.
-        ConfigError: it is no checkpoint.
+        FileError: there is no such file, or it is damaged.
+        ConfigError: it is no checkpoint, or holds a number that is not finite.
     """
-    content = load_torch(path)
-    if not isinstance(content, dict) or "iter" not in content:
-        raise ConfigError(f"'{path}' is no checkpoint of a training: it says nothing of iterations (take a model_*.pt)")
-    return int(content["iter"])
+    return read_checkpoint(path)["iter"]
 
 
 def trained_with(path: str | Path) -> str:

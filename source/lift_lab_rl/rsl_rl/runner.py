@@ -30,6 +30,7 @@ from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
 from .best_policy import BEST, BestPolicy
+from .checkpoint_file import check_fit, read_checkpoint
 from .finite import FiniteGuard
 from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
@@ -373,10 +374,11 @@ class LiftLabRunner(OnPolicyRunner):
             The checkpoint's ``infos``.
 
         Raises:
-            FileError: there is no such file, or it cannot be read.
-            ConfigError: the file is of other networks.
+            FileError: there is no such file, or it is damaged.
+            ConfigError: it is no checkpoint, holds a number that is not finite, or is of other networks or another
+                optimizer. Nothing was loaded then.
         """
-        content = load_torch(path, map_location=map_location or self.device)
+        content = read_checkpoint(path, map_location or self.device)
         with_iteration = self._load_networks(path, content, load_cfg, strict)
         if self.alg.schedule == "fixed":  # an adapted rate is part of the state, a fixed one is a setting
             self.alg.learning_rate = self.cfg["algorithm"]["learning_rate"]
@@ -398,10 +400,11 @@ class LiftLabRunner(OnPolicyRunner):
             The checkpoint's ``infos``.
 
         Raises:
-            FileError: there is no such file, or it cannot be read.
-            ConfigError: the file holds no policy, or is of other networks.
+            FileError: there is no such file, or it is damaged.
+            ConfigError: it is no checkpoint, holds no policy or a number that is not finite, or is of other networks.
+                Nothing was loaded then.
         """
-        content = load_torch(path, map_location=self.device)
+        content = read_checkpoint(path, self.device)
         content[LAST] = acting_policy(content, path)
         parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
         self._load_networks(path, content, parts, strict=True)
@@ -409,6 +412,7 @@ class LiftLabRunner(OnPolicyRunner):
 
     def _load_networks(self, path: str, content: dict[str, Any], parts: dict | None, strict: bool) -> bool:
         try:
+            check_fit(self.alg, content, parts, strict)
             return self.alg.load(content, parts, strict)
         except (RuntimeError, KeyError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200].rstrip(" .")
