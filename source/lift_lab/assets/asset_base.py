@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 EnvIds = Sequence[int] | torch.Tensor | slice | None
+Values = torch.Tensor | np.ndarray | Sequence[float] | float
+"""What methods that write states take: anything that makes a tensor and broadcasts to the shape they name."""
 
 
 class AssetBase(Entity):
@@ -155,6 +157,40 @@ class AssetBase(Entity):
                 return env_ids
             return ids_tensor(env_ids, self._physics.device)
         return ids_tensor(list(env_ids), self._physics.device)
+
+    def _fit(
+        self, values: Values, env_ids: torch.Tensor | None, shape: tuple[int, ...], method: str, any_width: bool = False
+    ) -> torch.Tensor:
+        """Values on the device, broadcast to one entry of ``shape`` for each environment.
+
+        Args:
+            values: a tensor, or what makes one.
+            env_ids: the environments as :meth:`_env_ids` gives them.
+            shape: of one environment's entry.
+            method: who asks, for the message.
+            any_width: whether a single number may stand for all columns.
+
+        Raises:
+            ConfigError: no numbers, or their shape does not fit.
+        """
+        wanted = (self._count(env_ids), *shape)
+        if not isinstance(values, torch.Tensor):
+            try:
+                values = torch.as_tensor(values, dtype=torch.float32, device=self._physics.device)
+            except (TypeError, ValueError) as error:
+                raise ConfigError(
+                    f"'{self.name}'.{method}: expected numbers that fit shape {wanted}, got {values!r}"
+                ) from error
+        elif values.device != self._physics.device:
+            values = values.to(self._physics.device)
+        if values.shape == wanted:
+            return values
+        if any_width or (values.ndim and values.shape[-1] == shape[-1]):
+            try:
+                return values.expand(wanted)
+            except RuntimeError:
+                pass
+        raise ConfigError(f"'{self.name}'.{method}: values of shape {tuple(values.shape)} do not fit {wanted}")
 
     def _count(self, env_ids: torch.Tensor | None) -> int:
         return self.num_instances if env_ids is None else len(env_ids)

@@ -15,7 +15,7 @@ from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, PhysicsError
 from lift_lab.utils.string import resolve_matching_names
 
-from .asset_base import AssetBase, EnvIds, as_columns, as_list
+from .asset_base import AssetBase, EnvIds, Values, as_columns, as_list
 from .body_data import BodyData
 from .physx_view import RigidBodyView
 
@@ -125,11 +125,19 @@ class MovableAsset(AssetBase):
             self._write_wrench()
 
     # -- root
+    #
+    # These take one row for each environment of env_ids, or one row or vector for all of them.
 
-    def write_root_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set pose and centre-of-mass velocity of the root, shape (n, 13), world frame."""
-        self._write_root_pose(root_state[:, :7], env_ids)
-        self._write_root_velocity(root_state[:, 7:], env_ids, at_com=True, quat=root_state[:, 3:7])
+    def write_root_state_to_sim(self, root_state: Values, env_ids: EnvIds = None) -> None:
+        """Set pose and centre-of-mass velocity of the root, shape (n, 13) or (13,), world frame.
+
+        Raises:
+            ConfigError: the shape does not fit; also of the other methods that write the root's state.
+        """
+        ids = self._env_ids(env_ids)
+        state = self._fit(root_state, ids, (13,), "write_root_state_to_sim")
+        self._write_root_pose(state[:, :7], ids)
+        self._write_root_velocity(state[:, 7:], ids, at_com=True, quat=state[:, 3:7])
 
     def write_default_root_state_to_sim(self, env_ids: EnvIds = None) -> None:
         """Put the root of some environments into its default state, or of all."""
@@ -138,31 +146,38 @@ class MovableAsset(AssetBase):
         self._write_root_pose_in_env(state[:, :7], ids)
         self._write_root_velocity(state[:, 7:], ids, at_com=True, quat=state[:, 3:7])
 
-    def write_root_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
+    def write_root_pose_to_sim(self, root_pose: Values, env_ids: EnvIds = None) -> None:
         """Set the root's link pose; the velocity of its centre of mass stays as it is in the world.
 
         Args:
-            root_pose: position (m) and orientation (w, x, y, z) in the world, shape (n, 7).
+            root_pose: position (m) and orientation (w, x, y, z) in the world, shape (n, 7) or (7,).
             env_ids: environments, or None for all.
 
         Raises:
+            ConfigError: the shape does not fit.
             PhysicsError: the root is fixed to the world elsewhere than where it is put.
         """
-        if self._vadr is None:
-            self._write_root_pose(root_pose, env_ids)
-            return
         ids = self._env_ids(env_ids)
-        velocity = self._data.root_com_vel_w
-        self._write_root_pose(root_pose, env_ids)
-        self._write_root_velocity(
-            velocity if ids is None else velocity[ids], env_ids, at_com=True, quat=root_pose[:, 3:7]
-        )
+        self._write_root_link_pose(self._fit(root_pose, ids, (7,), "write_root_pose_to_sim"), ids)
 
-    def _write_root_pose(self, root_pose: torch.Tensor, env_ids: EnvIds) -> None:
-        """Set the root's link pose; the rates of a free joint stay, which turn with the root."""
+    def write_root_link_pose_to_sim(self, root_pose: Values, env_ids: EnvIds = None) -> None:
+        """Isaac Lab's other name of :meth:`write_root_pose_to_sim`."""
         ids = self._env_ids(env_ids)
+        self._write_root_link_pose(self._fit(root_pose, ids, (7,), "write_root_link_pose_to_sim"), ids)
+
+    def _write_root_link_pose(self, pose: torch.Tensor, ids: torch.Tensor | None) -> None:
+        """Set the root's link pose and keep the velocity of its centre of mass in the world."""
+        if self._vadr is None:
+            self._write_root_pose(pose, ids)
+            return
+        velocity = self._data.root_com_vel_w
+        self._write_root_pose(pose, ids)
+        self._write_root_velocity(velocity if ids is None else velocity[ids], ids, at_com=True, quat=pose[:, 3:7])
+
+    def _write_root_pose(self, pose: torch.Tensor, ids: torch.Tensor | None) -> None:
+        """Set the root's link pose; the rates of a free joint stay, which turn with the root."""
         origins_w = self._env_origins_w if ids is None else self._env_origins_w[ids]
-        self._write_root_pose_in_env(torch.cat((root_pose[:, :3] - origins_w, root_pose[:, 3:7]), dim=-1), ids)
+        self._write_root_pose_in_env(torch.cat((pose[:, :3] - origins_w, pose[:, 3:7]), dim=-1), ids)
 
     def _write_root_pose_in_env(self, pose_e: torch.Tensor, ids: torch.Tensor | None) -> None:
         """As :meth:`_write_root_pose`, of positions in the environments' frames."""
@@ -174,8 +189,6 @@ class MovableAsset(AssetBase):
         else:
             self._check_fixed(pose_e[:, :3], pose_e[:, 3:])
         self._data.invalidate()
-
-    write_root_link_pose_to_sim = write_root_pose_to_sim
 
     def _check_fixed(self, pos_e: torch.Tensor, quat: torch.Tensor) -> None:
         """A root that is fixed to the world can only be put where it stands; on a GPU this is not looked at."""
@@ -190,42 +203,59 @@ class MovableAsset(AssetBase):
                 "articulation_props.fix_root_link=False, or make it kinematic"
             )
 
-    def write_root_velocity_to_sim(self, root_velocity: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set the velocity of the root's centre of mass, linear (m/s) then angular (rad/s), shape (n, 6), world."""
-        self._write_root_velocity(root_velocity, env_ids, at_com=True)
+    def write_root_velocity_to_sim(self, root_velocity: Values, env_ids: EnvIds = None) -> None:
+        """Set the velocity of the root's centre of mass in the world.
 
-    write_root_com_velocity_to_sim = write_root_velocity_to_sim
+        Args:
+            root_velocity: linear (m/s) then angular (rad/s), shape (n, 6) or (6,), or one number for all six.
+            env_ids: environments, or None for all.
+        """
+        self._set_root_velocity(root_velocity, env_ids, "write_root_velocity_to_sim", at_com=True)
 
-    def write_root_link_velocity_to_sim(self, root_velocity: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set the velocity of the root's origin, linear (m/s) then angular (rad/s), shape (n, 6), world."""
-        self._write_root_velocity(root_velocity, env_ids, at_com=False)
+    def write_root_com_velocity_to_sim(self, root_velocity: Values, env_ids: EnvIds = None) -> None:
+        """Isaac Lab's other name of :meth:`write_root_velocity_to_sim`."""
+        self._set_root_velocity(root_velocity, env_ids, "write_root_com_velocity_to_sim", at_com=True)
 
-    def write_root_link_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set pose and link velocity of the root, shape (n, 13), world frame."""
-        self._write_root_pose(root_state[:, :7], env_ids)
-        self.write_root_link_velocity_to_sim(root_state[:, 7:], env_ids)
+    def write_root_link_velocity_to_sim(self, root_velocity: Values, env_ids: EnvIds = None) -> None:
+        """Set the velocity of the root's origin; arguments as those of :meth:`write_root_velocity_to_sim`."""
+        self._set_root_velocity(root_velocity, env_ids, "write_root_link_velocity_to_sim", at_com=False)
 
-    def write_root_com_pose_to_sim(self, root_pose: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Put the root where its principal inertia frame gets a pose, shape (n, 7), world frame."""
+    def _set_root_velocity(self, velocity: Values, env_ids: EnvIds, method: str, at_com: bool) -> None:
         ids = self._env_ids(env_ids)
+        self._write_root_velocity(self._fit(velocity, ids, (6,), method, any_width=True), ids, at_com=at_com)
+
+    def write_root_link_state_to_sim(self, root_state: Values, env_ids: EnvIds = None) -> None:
+        """Set pose and link velocity of the root, shape (n, 13) or (13,), world frame."""
+        ids = self._env_ids(env_ids)
+        state = self._fit(root_state, ids, (13,), "write_root_link_state_to_sim")
+        self._write_root_pose(state[:, :7], ids)
+        self._write_root_velocity(state[:, 7:], ids, at_com=False)
+
+    def write_root_com_pose_to_sim(self, root_pose: Values, env_ids: EnvIds = None) -> None:
+        """Put the root where its principal inertia frame gets a pose, shape (n, 7) or (7,), world frame."""
+        ids = self._env_ids(env_ids)
+        self._write_root_com_pose(self._fit(root_pose, ids, (7,), "write_root_com_pose_to_sim"), ids)
+
+    def _write_root_com_pose(self, pose: torch.Tensor, ids: torch.Tensor | None) -> None:
         rows = slice(None) if ids is None else ids
         com_pos_b, com_quat_b = self._data.body_com_pos_b[rows, 0], self._data.body_com_quat_b[rows, 0]
-        quat_w = math_utils.quat_mul(root_pose[:, 3:7], math_utils.quat_inv(com_quat_b))
-        pos_w = root_pose[:, :3] - math_utils.quat_apply(quat_w, com_pos_b)
-        self.write_root_pose_to_sim(torch.cat((pos_w, quat_w), dim=-1), env_ids)
+        quat_w = math_utils.quat_mul(pose[:, 3:7], math_utils.quat_inv(com_quat_b))
+        pos_w = pose[:, :3] - math_utils.quat_apply(quat_w, com_pos_b)
+        self._write_root_link_pose(torch.cat((pos_w, quat_w), dim=-1), ids)
 
-    def write_root_com_state_to_sim(self, root_state: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set centre-of-mass pose and velocity of the root, shape (n, 13), world frame."""
-        self.write_root_com_pose_to_sim(root_state[:, :7], env_ids)
-        self.write_root_velocity_to_sim(root_state[:, 7:], env_ids)
+    def write_root_com_state_to_sim(self, root_state: Values, env_ids: EnvIds = None) -> None:
+        """Set centre-of-mass pose and velocity of the root, shape (n, 13) or (13,), world frame."""
+        ids = self._env_ids(env_ids)
+        state = self._fit(root_state, ids, (13,), "write_root_com_state_to_sim")
+        self._write_root_com_pose(state[:, :7], ids)
+        self._write_root_velocity(state[:, 7:], ids, at_com=True)
 
     def _write_root_velocity(
-        self, vel_w: torch.Tensor, env_ids: EnvIds, at_com: bool, quat: torch.Tensor | None = None
+        self, vel_w: torch.Tensor, ids: torch.Tensor | None, at_com: bool, quat: torch.Tensor | None = None
     ) -> None:
         """Write a velocity of the centre of mass or of the origin; ``quat`` is the root's orientation, if known."""
         if self._vadr is None or self._qadr is None:
             return
-        ids = self._env_ids(env_ids)
         if quat is None:
             qpos = self._physics.field("qpos")
             quat = (qpos if ids is None else qpos[ids])[:, self._qadr + 3 : self._qadr + 7]
@@ -254,12 +284,16 @@ class MovableAsset(AssetBase):
         """Set wrenches on bodies; they act until changed, turned with their body once an environment step.
 
         Args:
-            forces: in N, shape (n, num bodies chosen, 3). Empty tensors of forces and torques take all wrenches off.
+            forces: in N, shape (n, num bodies chosen, 3), or what broadcasts to that. Empty tensors of forces and
+                torques take all wrenches off.
             torques: in N m, same shape.
             positions: where the forces act in m, same shape; None for the centres of mass.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
             is_global: whether forces, torques and positions are in the world frame; else in each body's link frame.
+
+        Raises:
+            ConfigError: a shape does not fit.
         """
         if not forces.numel() and not torques.numel():
             self._force_b.zero_()
@@ -270,6 +304,11 @@ class MovableAsset(AssetBase):
         chosen = slice(None) if body_ids is None else body_ids
         if not isinstance(chosen, slice):
             chosen = ids_tensor(chosen, self._force_b.device)
+        count = len(range(*chosen.indices(self.num_bodies))) if isinstance(chosen, slice) else len(chosen)
+        shape, method = (count, 3), "set_external_force_and_torque"
+        forces, torques = (self._fit(vector, ids, shape, method) for vector in (forces, torques))
+        if positions is not None:
+            positions = self._fit(positions, ids, shape, method)
         if is_global:
             quat = self._data.body_link_quat_w[rows][:, chosen]
             forces, torques = (math_utils.quat_apply_inverse(quat, vector) for vector in (forces, torques))
@@ -311,17 +350,18 @@ class MovableAsset(AssetBase):
         """Set masses of bodies.
 
         Args:
-            masses: in kg, shape (n, num bodies chosen).
+            masses: in kg, shape (n, num bodies chosen), or what broadcasts to that.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
             recompute_inertia: whether inertias scale with the mass (relative to their defaults).
 
         Raises:
-            ConfigError: a mass that is not positive.
+            ConfigError: a mass that is not positive, or a shape that does not fit.
         """
-        self._check_masses(masses)
         rows = self._rows(env_ids)
         chosen = as_list(body_ids, self.num_bodies)
+        masses = self._fit(masses, rows, (len(chosen),), "write_body_mass_to_sim", any_width=True)
+        self._check_masses(masses)
         cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
         mass = self._model_field("body_mass")
         mass[rows[:, None], cols] = masses.to(mass.dtype)
@@ -342,15 +382,16 @@ class MovableAsset(AssetBase):
         """Set centres of mass; inertias stay as they are about them.
 
         Args:
-            coms_b: in m, in the link frames, shape (n, num bodies chosen, 3).
+            coms_b: in m, in the link frames, shape (n, num bodies chosen, 3), or what broadcasts to that.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
 
         Raises:
-            ConfigError: a free body that was compiled for a centre of mass at its origin.
+            ConfigError: a free body that was compiled for a centre of mass at its origin, or a shape that does not fit.
         """
         rows = self._rows(env_ids)
         chosen = as_list(body_ids, self.num_bodies)
+        coms_b = self._fit(coms_b, rows, (len(chosen), 3), "write_body_com_to_sim")
         for b in chosen:
             if self._physics.model.body_simple[self._ids[b]]:
                 raise ConfigError(

@@ -1,6 +1,7 @@
 """A deformable object has the state of its nodes, in Isaac Lab's terms, and behaves as a soft body."""
 
 import math
+import re
 from pathlib import Path
 
 import mujoco
@@ -115,6 +116,29 @@ def test_what_is_written_is_read_back_in_the_environments_it_was_written_to():
     nodes = data.xpos[[scene.sim.model.body(f"object/Sponge_{i}_{j}_{k}").id for i, j, k in CORNERS]]
     expected = wanted[0, :, :3] - scene.env_origins[1]
     torch.testing.assert_close(torch.tensor(nodes, dtype=torch.float32), expected, atol=1e-6, rtol=0)
+
+
+def test_nodes_of_one_body_are_written_into_every_environment_and_shapes_are_named():
+    scene = start(soft_box())
+    soft = scene["object"]
+    nodes = torch.randn(8, 6, generator=torch.Generator().manual_seed(4)) * 0.01
+    soft.write_nodal_state_to_sim(nodes)
+    torch.testing.assert_close(soft.data.nodal_state_w, nodes.repeat(3, 1, 1), atol=1e-6, rtol=0)
+    soft.write_nodal_pos_to_sim(nodes[:, 3:], env_ids=[1])
+    torch.testing.assert_close(soft.data.nodal_pos_w[1], nodes[:, 3:], atol=1e-6, rtol=0)
+    soft.write_nodal_velocity_to_sim(torch.tensor([0.0, 0.0, 0.5]))
+    torch.testing.assert_close(soft.data.nodal_vel_w, torch.tensor([0.0, 0.0, 0.5]).repeat(3, 8, 1))
+    soft.write_nodal_velocity_to_sim(0.0)
+    assert not soft.data.nodal_vel_w.any()
+    for method, shape, wanted in (
+        ("write_nodal_state_to_sim", (2, 8, 6), (3, 8, 6)),
+        ("write_nodal_pos_to_sim", (3, 7, 3), (3, 8, 3)),
+        ("write_nodal_velocity_to_sim", (3, 8, 2), (3, 8, 3)),
+    ):
+        with pytest.raises(
+            ConfigError, match=re.escape(f"'object'.{method}: values of shape {shape} do not fit {wanted}")
+        ):
+            getattr(soft, method)(torch.zeros(shape))
 
 
 CORNERS = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]

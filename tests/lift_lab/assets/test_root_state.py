@@ -1,4 +1,6 @@
-"""Roots: their default state, and the pose of one that is fixed to the world, which is kept."""
+"""Roots: their default state, what is written to them, and the pose of one that is fixed to the world."""
+
+import re
 
 import pytest
 import torch
@@ -7,6 +9,7 @@ import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, RigidObjectCfg
 from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.errors import ConfigError
 from lift_lab_assets import FRANKA_PANDA_CFG
 
 NUM_ENVS = 3
@@ -107,3 +110,103 @@ def test_only_a_standing_root_whose_axes_are_the_worlds_is_aligned(start, robot_
     scene.update(0.002)
     assert robot.root_is_aligned is aligned
     torch.testing.assert_close(robot.root_quat_w[1], torch.tensor(robot_rot))
+
+
+_POSE = [0.5, -0.2, 1.5, 0.5, 0.5, -0.5, 0.5]
+_VELOCITY = [0.1, 0.2, 0.3, -0.4, 0.5, 0.6]
+_WRITES = {
+    "write_root_pose_to_sim": (_POSE, "root_link_pose_w"),
+    "write_root_link_pose_to_sim": (_POSE, "root_link_pose_w"),
+    "write_root_com_pose_to_sim": (_POSE, "root_com_pose_w"),
+    "write_root_velocity_to_sim": (_VELOCITY, "root_com_vel_w"),
+    "write_root_com_velocity_to_sim": (_VELOCITY, "root_com_vel_w"),
+    "write_root_link_velocity_to_sim": (_VELOCITY, "root_link_vel_w"),
+    "write_root_state_to_sim": (_POSE + _VELOCITY, "root_state_w"),
+    "write_root_link_state_to_sim": (_POSE + _VELOCITY, "root_link_state_w"),
+    "write_root_com_state_to_sim": (_POSE + _VELOCITY, "root_com_state_w"),
+}
+
+
+@pytest.fixture(scope="module", params=["native", pytest.param("warp", marks=pytest.mark.slow)])
+def free(request):
+    """A box and an arm whose roots are free; the tests write what they read."""
+    robot = FRANKA_PANDA_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
+    robot.spawn.articulation_props = sim_utils.ArticulationRootPropertiesCfg(fix_root_link=False)
+    box = RigidObjectCfg(
+        prim_path="{ENV_REGEX_NS}/Box",
+        spawn=sim_utils.CuboidCfg(
+            size=(0.2, 0.1, 0.1),
+            rigid_props=sim_utils.RigidBodyPropertiesCfg(),
+            mass_props=sim_utils.MassPropertiesCfg(mass=0.6),
+        ),
+    )
+    sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=request.param, dt=0.002))
+    scene = InteractiveScene(_SceneCfg(num_envs=NUM_ENVS, env_spacing=2.0, robot=robot, box=box))
+    sim.reset()
+    scene.update(0.0)
+    yield scene
+    sim.close()
+
+
+@pytest.mark.parametrize("asset", ["box", "robot"])
+@pytest.mark.parametrize("method", _WRITES)
+def test_one_row_or_vector_is_written_into_every_environment(free, asset, method):
+    values, name = _WRITES[method]
+    write, data = getattr(free[asset], method), free[asset].data
+    one = torch.tensor(values)
+    for given in (one, one[None], values, one.double().numpy(), one.repeat(NUM_ENVS, 1)):
+        free[asset].write_default_root_state_to_sim()
+        write(given)
+        torch.testing.assert_close(getattr(data, name), one.repeat(NUM_ENVS, 1), atol=1e-5, rtol=0)
+    free[asset].write_default_root_state_to_sim()
+    before = getattr(data, name)[1].clone()
+    write(one, [2, 0])
+    torch.testing.assert_close(getattr(data, name)[[0, 2]], one.repeat(2, 1), atol=1e-5, rtol=0)
+    torch.testing.assert_close(getattr(data, name)[1], before)
+
+
+@pytest.mark.parametrize("asset", ["box", "robot"])
+@pytest.mark.parametrize("method", _WRITES)
+def test_a_shape_that_does_not_fit_is_named_and_nothing_is_written(free, asset, method):
+    values, name = _WRITES[method]
+    write, width = getattr(free[asset], method), len(values)
+    free[asset].write_default_root_state_to_sim()
+    before = getattr(free[asset].data, name).clone()
+    for shape, ids, wanted in (
+        ((width + 1,), None, (NUM_ENVS, width)),
+        ((2, width), None, (NUM_ENVS, width)),
+        ((NUM_ENVS, width), [0, 1], (2, width)),
+        ((NUM_ENVS, 1, width), None, (NUM_ENVS, width)),
+        ((NUM_ENVS, width - 1), None, (NUM_ENVS, width)),
+    ):
+        message = f"'{asset}'.{method}: values of shape {shape} do not fit {wanted}"
+        with pytest.raises(ConfigError, match=re.escape(message)):
+            write(torch.zeros(shape), ids)
+    with pytest.raises(ConfigError, match=rf"'{asset}'.{method}: expected numbers .*'here'"):
+        write("here")
+    torch.testing.assert_close(getattr(free[asset].data, name), before)
+
+
+def test_a_number_is_a_velocity_and_no_pose(free):
+    box = free["box"]
+    box.write_root_velocity_to_sim(torch.ones(6))
+    box.write_root_velocity_to_sim(0.0)
+    assert not box.data.root_com_vel_w.any()
+    with pytest.raises(ConfigError, match=r"values of shape \(\) do not fit \(3, 7\)"):
+        box.write_root_pose_to_sim(0.0)
+
+
+def test_masses_wrenches_and_targets_broadcast_and_name_shapes_too(free):
+    robot = free["robot"]
+    robot.write_body_mass_to_sim(torch.tensor([1.5, 2.5]), body_ids=[1, 3], env_ids=[2])
+    torch.testing.assert_close(robot.get_masses()[2, [1, 3]], torch.tensor([1.5, 2.5]))
+    robot.set_external_force_and_torque(torch.tensor([0.0, 0.0, 2.0]), torch.zeros(3), body_ids=[2])
+    assert robot._force_b[:, 2, 2].tolist() == [2.0] * NUM_ENVS
+    for name, call in (
+        ("write_body_mass_to_sim", lambda: robot.write_body_mass_to_sim(torch.ones(2), body_ids=[0, 1, 2])),
+        ("set_external_force_and_torque", lambda: robot.set_external_force_and_torque(*torch.ones(2, 2, 4))),
+        ("joint_pos_target", lambda: robot.set_joint_position_target(torch.ones(2, 9))),
+        ("joint_stiffness", lambda: robot.write_joint_stiffness_to_sim(torch.ones(3), joint_ids=[0, 1])),
+    ):
+        with pytest.raises(ConfigError, match=rf"'robot'.{name}: values of shape \(.*\) do not fit \(3, .*\)"):
+            call()

@@ -223,12 +223,14 @@ class JointProperties(MovableAsset):
         cols = slice(None) if joint_ids is None else joint_ids
         if not isinstance(cols, slice):
             cols = ids_tensor(cols, buffer.device)
-        if ids is None:
-            buffer[:, cols] = value
-        elif isinstance(cols, slice):
-            buffer[ids, cols] = value
-        else:
-            buffer[ids[:, None], cols] = value
+        index = (slice(None) if ids is None else ids, cols)
+        if ids is not None and not isinstance(cols, slice):
+            index = (ids[:, None], cols)
+        try:
+            buffer[index] = value
+        except RuntimeError as error:
+            wanted, given = tuple(buffer[index].shape), tuple(torch.as_tensor(value).shape)
+            raise ConfigError(f"'{self.name}'.{name}: values of shape {given} do not fit {wanted}") from error
 
     def _soft(self, limits: torch.Tensor) -> torch.Tensor:
         """Limits that are narrower by the config's factor, about the same middle."""

@@ -17,7 +17,7 @@ from lift_lab.usd.deformable import SoftBody, add_flex
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
-from ..asset_base import AssetBase, EnvIds, as_columns
+from ..asset_base import AssetBase, EnvIds, Values, as_columns
 from .deformable_object_data import DeformableObjectData
 
 if TYPE_CHECKING:
@@ -113,23 +113,52 @@ class DeformableObject(AssetBase):
         """Forget cached data: the engine's state has changed."""
         self._data.invalidate()
 
-    def write_nodal_state_to_sim(self, nodal_state: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set positions (m) and velocities (m/s) of the nodes, world frame, shape (n, num nodes, 6)."""
-        self.write_nodal_pos_to_sim(nodal_state[..., :3], env_ids)
-        self.write_nodal_velocity_to_sim(nodal_state[..., 3:], env_ids)
+    def write_nodal_state_to_sim(self, nodal_state: Values, env_ids: EnvIds = None) -> None:
+        """Set positions (m) and velocities (m/s) of the nodes.
 
-    def write_nodal_pos_to_sim(self, nodal_pos: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set positions of the nodes in m, world frame, shape (n, num nodes, 3)."""
+        Args:
+            nodal_state: world frame, shape (n, num nodes, 6), or what broadcasts to that from (num nodes, 6).
+            env_ids: environments, or None for all.
+
+        Raises:
+            ConfigError: the shape does not fit.
+        """
         ids = self._env_ids(env_ids)
+        state = self._fit(nodal_state, ids, (len(self._nodes), 6), "write_nodal_state_to_sim")
+        self._write_nodal_pos(state[..., :3], ids)
+        self._write_nodal_velocity(state[..., 3:], ids)
+
+    def write_nodal_pos_to_sim(self, nodal_pos: Values, env_ids: EnvIds = None) -> None:
+        """Set positions of the nodes in m, world frame, shape (n, num nodes, 3) or (num nodes, 3).
+
+        Raises:
+            ConfigError: the shape does not fit.
+        """
+        ids = self._env_ids(env_ids)
+        self._write_nodal_pos(self._fit(nodal_pos, ids, (len(self._nodes), 3), "write_nodal_pos_to_sim"), ids)
+
+    def write_nodal_velocity_to_sim(self, nodal_vel: Values, env_ids: EnvIds = None) -> None:
+        """Set velocities of the nodes in m/s, world frame.
+
+        Args:
+            nodal_vel: shape (n, num nodes, 3), or what broadcasts to that: one vector or number for all nodes.
+            env_ids: environments, or None for all.
+
+        Raises:
+            ConfigError: the shape does not fit.
+        """
+        ids = self._env_ids(env_ids)
+        shape = (len(self._nodes), 3)
+        self._write_nodal_velocity(self._fit(nodal_vel, ids, shape, "write_nodal_velocity_to_sim", any_width=True), ids)
+
+    def _write_nodal_pos(self, pos_w: torch.Tensor, ids: torch.Tensor | None) -> None:
         origins_w = self._env_origins_w if ids is None else self._env_origins_w[ids]
-        offset = nodal_pos - origins_w[:, None] - self._data.home_pos
+        offset = pos_w - origins_w[:, None] - self._data.home_pos
         self._physics.write("qpos", (offset @ self._data.home_rot).flatten(1), ids, self._qpos)
         self._data.invalidate()
 
-    def write_nodal_velocity_to_sim(self, nodal_vel: torch.Tensor, env_ids: EnvIds = None) -> None:
-        """Set velocities of the nodes in m/s, world frame, shape (n, num nodes, 3)."""
-        values = (nodal_vel @ self._data.home_rot).flatten(1)
-        self._physics.write("qvel", values, self._env_ids(env_ids), self._qvel)
+    def _write_nodal_velocity(self, vel_w: torch.Tensor, ids: torch.Tensor | None) -> None:
+        self._physics.write("qvel", (vel_w @ self._data.home_rot).flatten(1), ids, self._qvel)
         self._data.invalidate()
 
     def get_masses(self) -> torch.Tensor:
