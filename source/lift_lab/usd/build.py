@@ -19,6 +19,7 @@ from lift_lab.usd.materials import Appearance, ContactMaterials
 from lift_lab.usd.meshes import MeshStore
 from lift_lab.usd.names import Names
 from lift_lab.usd.newton import add_newton_actuators
+from lift_lab.usd.options import set_scene_options
 from lift_lab.usd.order import fill_orders
 from lift_lab.usd.parse import ParsedStage
 from lift_lab.usd.report import OptionSource
@@ -85,6 +86,7 @@ class Builder:
                 self.spec.option.timestep = 1.0 / rate
                 options.append(OptionSource(path, "timeStepsPerSecond", "timestep"))
             mjc.read_options(self.parsed, prim, self.spec)
+        set_scene_options(self.spec, self.parsed.report)
         self.spec.option.gravity = gravity
 
     def add_bodies(self) -> None:

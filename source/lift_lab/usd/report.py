@@ -88,6 +88,8 @@ class ImportReport:
     """Drive targets other than zero, in rad, m, rad/s or m/s, by actuator name."""
     options: list[OptionSource] = field(default_factory=list)
     """Simulation options that the stage sets; a scene replaces them by those of `SimulationCfg`."""
+    assumed_options: dict[str, str] = field(default_factory=dict)
+    """Solver options that the stage does not set and that were set as scenes have them, with their values."""
     contact_classes: int = 0
     """Classes of colliders with contact rules of their own; each has a bit of contype, from bit 1 on."""
     ignored: list[Note] = field(default_factory=list)
@@ -120,6 +122,9 @@ class ImportReport:
         table.add_row("read", "roots", ", ".join(self.root_bodies[:4]), ", ".join(self.articulation_roots[:4]))
         for quantity, counts in sorted(self.dialects.items()):
             table.add_row("read", quantity, "", ", ".join(f"{d} x{n}" for d, n in sorted(counts.items())))
+        if self.assumed_options:
+            values = ", ".join(f"{name} {value}" for name, value in self.assumed_options.items())
+            table.add_row("set", "options", values, "as scenes set them; the stage does not")
         for kind, notes in (("approximated", self.approximated), ("ignored", self.ignored)):
             groups = Counter((note.attribute, note.reason) for note in notes)
             first = {(n.attribute, n.reason): n.prim_path for n in reversed(notes)}

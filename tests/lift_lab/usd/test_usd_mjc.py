@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
 from pxr import UsdPhysics
 
-from lift_lab.usd import UsdImportError
+from lift_lab.sim import SimulationCfg, SimulationContext
+from lift_lab.usd import UsdImportError, load
 
 
 @pytest.fixture
@@ -138,6 +141,49 @@ def test_keyframes_are_kept_and_misfits_reported(arm, notes):
     np.testing.assert_allclose(model.key("home").qpos, (0.1, 0.2))
     np.testing.assert_allclose(model.key("home").qvel, (0.3, 0.4))
     assert notes(report, "/Robot/bad")[0] == ["1 values where the model has 2"]
+
+
+def test_options_that_the_stage_does_not_set_are_those_of_scenes(arm):
+    """All that a scene's default settings write into a spec, but the time step and gravity, which are a task's."""
+    expected = mujoco.MjSpec()
+    SimulationContext(SimulationCfg(device="cpu")).configure(expected)
+    spec, report = load(arm.stage)
+    names = [name for name in dir(expected.option) if not name.startswith("_") and name not in ("timestep", "gravity")]
+    for name in names:
+        np.testing.assert_array_equal(getattr(spec.option, name), getattr(expected.option, name), err_msg=name)
+    assert spec.option.timestep == 0.002
+    assert report.assumed_options == {"integrator": "implicitfast", "iterations": "10", "ls_iterations": "20"}
+
+
+def test_options_that_the_stage_sets_stay(arm):
+    scene = UsdPhysics.Scene.Define(arm.stage, "/Scene").GetPrim()
+    arm.attrs(scene, {"mjc:option:integrator": "euler", "mjc:option:iterations": 100}, "MjcSceneAPI")
+    model, report = arm.load()
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    assert (model.opt.iterations, model.opt.ls_iterations) == (100, 20)
+    assert report.assumed_options == {"ls_iterations": "20"}
+
+
+def test_a_drive_of_usual_damping_is_stable_as_loaded(author):
+    """Euler multiplies the speed by 1 - dt d / I = -19 a step, implicitfast by 1 / (1 + 20)."""
+    a = author()
+    a.body("/Robot/base")
+    a.body("/Robot/link", inertia=(0.01, 0.01, 0.01))
+    a.joint("/Robot/w", "FixedJoint", None, "/Robot/base")
+    hinge = a.joint("/Robot/hinge", "RevoluteJoint", "/Robot/base", "/Robot/link", "X")
+    a.drive(hinge, damping=math.radians(100.0))
+    model, _ = a.load()
+    model.opt.gravity = 0
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    ends = []
+    for integrator in (model.opt.integrator, mujoco.mjtIntegrator.mjINT_EULER):
+        model.opt.integrator = integrator
+        data = mujoco.MjData(model)
+        data.qvel = 1.0
+        mujoco.mj_step(model, data, 10)
+        ends.append(float(np.abs(data.qvel).max()))
+    assert ends[0] == pytest.approx(21.0**-10, rel=1e-3)
+    assert ends[1] == pytest.approx(19.0**10, rel=1e-3)
 
 
 def test_scene_options_and_flags_are_mjcfs(arm):

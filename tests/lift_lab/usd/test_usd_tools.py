@@ -45,6 +45,9 @@ def test_usd_info_prints_the_report_and_writes_an_mjcf_that_compiles(run, ball, 
     assert "1 bodies, 6 degrees of freedom" in out
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "ball.xml"))
     assert model.body("ball").mass[0] == pytest.approx(2.0)
+    assert "integrator implicitfast" in out
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert (model.opt.iterations, model.opt.ls_iterations) == (10, 20)
 
 
 @pytest.mark.parametrize(
