@@ -38,11 +38,13 @@ class _ActuatorNet(DCMotor):
         """See :meth:`ActuatorBase.compute`."""
         target = control_action.joint_positions
         assert target is not None
-        self._joint_vel = joint_vel
+        self._joint_vel[:] = joint_vel
         with torch.no_grad():
             self.computed_effort = self._effort(target - joint_pos, joint_vel)
         self.applied_effort = self._clip_effort(self.computed_effort)
-        return ArticulationActions(joint_efforts=self.applied_effort, joint_indices=control_action.joint_indices)
+        control_action.joint_efforts = self.applied_effort
+        control_action.joint_positions = control_action.joint_velocities = None
+        return control_action
 
     @abstractmethod
     def _effort(self, pos_error: torch.Tensor, joint_vel: torch.Tensor) -> torch.Tensor:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import MISSING
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -15,7 +16,19 @@ from lift_lab.utils.types import ArticulationActions
 from .actuator_base import ActuatorBase
 
 if TYPE_CHECKING:
-    from .actuator_cfg import DCMotorCfg, DelayedPDActuatorCfg, RemotizedPDActuatorCfg
+    from .actuator_cfg import (
+        DCMotorCfg,
+        DelayedPDActuatorCfg,
+        IdealPDActuatorCfg,
+        ImplicitActuatorCfg,
+        RemotizedPDActuatorCfg,
+    )
+
+
+def _as_effort(action: ArticulationActions, effort: torch.Tensor) -> ArticulationActions:
+    """The action with an effort in place of its targets, changed in place as Isaac Lab does."""
+    action.joint_efforts, action.joint_positions, action.joint_velocities = effort, None, None
+    return action
 
 
 def _targets(action: ArticulationActions) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
@@ -26,30 +39,62 @@ def _targets(action: ArticulationActions) -> tuple[torch.Tensor, torch.Tensor, t
     return position, velocity, effort
 
 
-class _PDActuator(ActuatorBase):
-    """tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped."""
+class ImplicitActuator(ActuatorBase):
+    """The engine's own PD drive: tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped at the effort limit.
+
+    :meth:`compute` notes the law's value and hands the targets on to the engine. Where a sub-class overrides it, it is
+    called before each physics step, and the engine follows the targets that it returns.
+    """
+
+    cfg: ImplicitActuatorCfg
+    is_implicit_model = True
+
+    def __init__(self, cfg: ImplicitActuatorCfg, *args: Any, **kwargs: Any):
+        """See :class:`ActuatorBase`. As in Isaac Lab, both effort limits of ``cfg`` become the one that is given;
+        a velocity limit counts only as ``velocity_limit_sim``.
+
+        Raises:
+            ConfigError: ``effort_limit`` and ``effort_limit_sim``, or the velocity limits, are both given and differ.
+        """
+        _merge_limits(cfg, "effort_limit")
+        if cfg.velocity_limit_sim is None:
+            cfg.velocity_limit = None
+        _merge_limits(cfg, "velocity_limit")
+        super().__init__(cfg, *args, **kwargs)
+
+    def compute(
+        self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
+    ) -> ArticulationActions:
+        """See :meth:`ActuatorBase.compute`; returns the targets as they are given."""
+        self.computed_effort = self._pd_effort(control_action, joint_pos, joint_vel)
+        self.applied_effort = self._clip_effort(self.computed_effort)
+        return control_action
+
+
+def _merge_limits(cfg: ImplicitActuatorCfg, name: str) -> None:
+    """Give an implicit model's two limits of one kind the value of the one that is set."""
+    model, engine = getattr(cfg, name), getattr(cfg, f"{name}_sim")
+    if model is not None and engine is not None and model != engine:
+        raise ConfigError(
+            f"{type(cfg).__name__}: {name} {model} and {name}_sim {engine} differ, and an implicit actuator has one"
+            f" limit; set only {name}_sim"
+        )
+    setattr(cfg, name, engine if model is None else model)
+    setattr(cfg, f"{name}_sim", model if engine is None else engine)
+
+
+class IdealPDActuator(ActuatorBase):
+    """tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped: computed in torch before each physics step."""
+
+    cfg: IdealPDActuatorCfg
 
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:
         """See :meth:`ActuatorBase.compute`."""
-        position, velocity, effort = _targets(control_action)
-        self.computed_effort = self.stiffness * (position - joint_pos) + self.damping * (velocity - joint_vel) + effort
+        self.computed_effort = self._pd_effort(control_action, joint_pos, joint_vel)
         self.applied_effort = self._clip_effort(self.computed_effort)
-        return ArticulationActions(joint_efforts=self.applied_effort, joint_indices=control_action.joint_indices)
-
-
-class ImplicitActuator(_PDActuator):
-    """The engine's own PD drive: tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped at the effort limit.
-
-    :meth:`compute` gives the same law's value; it does not drive the joint.
-    """
-
-    is_implicit_model = True
-
-
-class IdealPDActuator(_PDActuator):
-    """The same law computed in torch before each physics step and applied as an effort."""
+        return _as_effort(control_action, self.applied_effort)
 
 
 class DCMotor(IdealPDActuator):
@@ -63,19 +108,30 @@ class DCMotor(IdealPDActuator):
     cfg: DCMotorCfg
 
     def __init__(self, cfg: DCMotorCfg, *args: Any, **kwargs: Any):
-        """See :class:`ActuatorBase`."""
+        """See :class:`ActuatorBase`.
+
+        Raises:
+            ConfigError: no saturation effort, or a velocity limit neither in the config nor in the file.
+        """
         super().__init__(cfg, *args, **kwargs)
+        if cfg.saturation_effort is None or cfg.saturation_effort is MISSING:
+            raise ConfigError(f"{type(cfg).__name__}: saturation_effort must be given")
+        if bool(torch.isinf(self.velocity_limit).any()):
+            raise ConfigError(f"{type(cfg).__name__}: velocity_limit, the no-load speed, must be given")
+        self._saturation_effort = cfg.saturation_effort
+        self._vel_at_effort_lim = self.velocity_limit * (1 + self.effort_limit / self._saturation_effort)
         self._joint_vel = torch.zeros_like(self.computed_effort)
+        self._zeros_effort = torch.zeros_like(self.computed_effort)
 
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:
         """See :meth:`ActuatorBase.compute`."""
-        self._joint_vel = joint_vel
+        self._joint_vel[:] = joint_vel
         return super().compute(control_action, joint_pos, joint_vel)
 
     def _clip_effort(self, effort: torch.Tensor) -> torch.Tensor:
-        stall = self.cfg.saturation_effort
+        stall = self._saturation_effort
         ratio = self._joint_vel / self.velocity_limit
         limit = self.effort_limit
         highest = torch.clamp(stall * (1.0 - ratio), -limit, limit)
@@ -130,13 +186,10 @@ class DelayedPDActuator(IdealPDActuator):
     ) -> ArticulationActions:
         """See :meth:`ActuatorBase.compute`."""
         position, velocity, effort = _targets(control_action)
-        delayed = ArticulationActions(
-            joint_positions=self.positions_delay_buffer.compute(position),
-            joint_velocities=self.velocities_delay_buffer.compute(velocity),
-            joint_efforts=self.efforts_delay_buffer.compute(effort),
-            joint_indices=control_action.joint_indices,
-        )
-        return super().compute(delayed, joint_pos, joint_vel)
+        control_action.joint_positions = self.positions_delay_buffer.compute(position)
+        control_action.joint_velocities = self.velocities_delay_buffer.compute(velocity)
+        control_action.joint_efforts = self.efforts_delay_buffer.compute(effort)
+        return super().compute(control_action, joint_pos, joint_vel)
 
 
 class RemotizedPDActuator(DelayedPDActuator):

@@ -50,7 +50,7 @@ def add_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: lis
             continue
         target = drive.targetPosition * parsed.units.factor("position", dof.angular)
         velocity = drive.targetVelocity * parsed.units.factor("velocity", dof.angular)
-        made = []
+        made: list[tuple[str, float]] = []
         if stiffness > 0:
             made.append((_actuator(spec, names, built, "", stiffness, (0.0, -stiffness, -damping)), target))
             if velocity != 0 and damping > 0:
@@ -58,6 +58,8 @@ def add_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: lis
         else:
             made.append((_actuator(spec, names, built, "", damping, (0.0, 0.0, -damping)), velocity))
         for name, ctrl in made:
+            if built.sites:
+                parsed.report.loop_drives[name] = built.name
             if ctrl != 0:
                 parsed.report.initial_ctrl[name] = ctrl
             if drive.acceleration:

@@ -164,6 +164,7 @@ def _mlp(path, order):
     return ActuatorNetMLPCfg(
         joint_names_expr=[".*"],
         saturation_effort=1e9,
+        velocity_limit=1e9,
         network_file=path,
         pos_scale=2.0,
         vel_scale=0.5,
@@ -216,7 +217,7 @@ def test_a_recurrent_network_keeps_its_state_for_each_joint_until_reset(tmp_path
     network = _Lstm().eval()
     path = str(tmp_path / "lstm.pt")
     torch.jit.script(network).save(path)
-    cfg = ActuatorNetLSTMCfg(joint_names_expr=[".*"], saturation_effort=1e9, network_file=path)
+    cfg = ActuatorNetLSTMCfg(joint_names_expr=[".*"], saturation_effort=1e9, velocity_limit=1e9, network_file=path)
     actuator = _make(cfg)
     for error in (0.1, 0.4):
         _effort(actuator, error, joint_vel=0.2)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
 import torch
 
-from lift_lab.actuators import ActuatorBase
+from lift_lab.actuators import ActuatorBase, ImplicitActuator
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
 from lift_lab.utils.types import ArticulationActions
@@ -18,6 +19,7 @@ from ..asset_base import EnvIds, as_columns, as_list
 from .articulation_data import ArticulationData
 from .articulation_view import ArticulationView
 from .drives import build_drives
+from .file_drives import FileDrive
 from .index_order import IndexOrder, breadth_first_order, check_index_order
 from .joint_properties import JointIds, JointProperties
 
@@ -25,6 +27,13 @@ if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
     from .articulation_cfg import ArticulationCfg
+
+logger = logging.getLogger(__name__)
+
+
+def _is_computed(actuator: ActuatorBase) -> bool:
+    """Whether a model has to be computed before each physics step: explicit, or implicit with a law of its own."""
+    return not actuator.is_implicit_model or type(actuator).compute is not ImplicitActuator.compute
 
 
 class Articulation(JointProperties):
@@ -50,7 +59,7 @@ class Articulation(JointProperties):
     @property
     def has_explicit_actuators(self) -> bool:
         """Whether an actuator model has to be computed before each physics step."""
-        return any(not actuator.is_implicit_model for actuator in self.actuators.values())
+        return bool(self._computed)
 
     def find_joints(
         self,
@@ -73,8 +82,7 @@ class Articulation(JointProperties):
         report = self.spawned.report if self.spawned is not None else None
         check_index_order(self.cfg.index_order, f"scene.{self.name}.index_order")
         self._order = IndexOrder() if self.cfg.index_order == "engine" else breadth_first_order(spec, report)
-        limits = self.spawned.report.joint_velocity_limits if self.spawned and self.spawned.report else {}
-        self._drives = build_drives(spec, self.cfg.actuators, limits, f"scene.{self.name}")
+        self._drives = build_drives(spec, self.cfg.actuators, report, f"scene.{self.name}")
 
     def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:
         """Find joints and actuators in the compiled model and resolve defaults and limits.
@@ -94,18 +102,18 @@ class Articulation(JointProperties):
         data.joint_stiffness = per_env([d.stiffness if d else 0.0 for d in drives])
         data.joint_damping = per_env([d.damping if d else 0.0 for d in drives])
         data.joint_effort_limits = per_env([d.effort_limit if d else float("inf") for d in drives])
-        data.joint_vel_limits = per_env([d.velocity_limit if d else float("inf") for d in drives])
+        data.joint_vel_limits = per_env([d.file.velocity_limit if d else float("inf") for d in drives])
         data.soft_joint_vel_limits = data.joint_vel_limits.clone()
         data.joint_armature = per_env(model.dof_armature[self._dof_ids].tolist())
         data.joint_friction_coeff = per_env(model.dof_frictionloss[self._dof_ids].tolist())
         damping = model.dof_damping[self._dof_ids]
         data.joint_viscous_friction_coeff = per_env((damping if damping.ndim == 1 else damping[:, 0]).tolist())
         data.gear_ratio = torch.ones(num_envs, self.num_joints, device=device)
-        for name in ("stiffness", "damping", "armature", "friction_coeff", "viscous_friction_coeff"):
-            setattr(data, f"default_joint_{name}", getattr(data, f"joint_{name}").clone())
         self._resolve_limits(model, device, num_envs)
         self._resolve_defaults(per_env)
-        self._make_actuators(device)
+        self._make_actuators(device, per_env)
+        for name in ("stiffness", "damping", "armature", "friction_coeff", "viscous_friction_coeff"):
+            setattr(data, f"default_joint_{name}", getattr(data, f"joint_{name}").clone())
         self._write_initial_state()
 
     def _body_ids(self) -> list[int]:
@@ -173,41 +181,94 @@ class Articulation(JointProperties):
                 f"limits [{limits[i, 0]:.4f}, {limits[i, 1]:.4f}]"
             )
 
-    def _make_actuators(self, device: torch.device) -> None:
-        data, names = self.data, self._joint_names
+    def _make_actuators(self, device: torch.device, per_env: Callable[[list[float]], torch.Tensor]) -> None:
+        data, names, drives = self.data, self._joint_names, self._drives.joints
         self.actuators: dict[str, ActuatorBase] = {}
         for group, joints in self._drives.groups.items():
             cfg = self.cfg.actuators[group]
             joints = sorted(joints, key=names.index)
-            ids = torch.tensor([names.index(joint) for joint in joints], device=device)
-            limits = [self._drives.joints[joint].model_effort_limit for joint in joints]
-            limit = torch.tensor(limits, dtype=torch.float32, device=device).repeat(self.num_instances, 1)
+            files = [drives[joint].file for joint in joints]
             self.actuators[group] = cfg.class_type(
-                cfg,
-                joints,
-                ids,
-                self.num_instances,
-                str(device),
-                stiffness=data.joint_stiffness[:, ids],
-                damping=data.joint_damping[:, ids],
-                armature=data.joint_armature[:, ids],
-                friction=data.joint_friction_coeff[:, ids],
-                viscous_friction=data.joint_viscous_friction_coeff[:, ids],
-                effort_limit=limit,
-                velocity_limit=data.joint_vel_limits[:, ids],
+                cfg=cfg,
+                joint_names=joints,
+                joint_ids=torch.tensor([names.index(joint) for joint in joints], device=device),
+                num_envs=self.num_instances,
+                device=str(device),
+                stiffness=per_env([file.drive.stiffness for file in files]),
+                damping=per_env([file.drive.damping for file in files]),
+                armature=per_env([file.armature for file in files]),
+                friction=per_env([file.friction for file in files]),
+                viscous_friction=per_env([file.viscous_friction for file in files]),
+                effort_limit=per_env([file.drive.effort_limit for file in files]),
+                velocity_limit=per_env([file.velocity_limit for file in files]),
             )
-        driven = [name for name in names if name in self._drives.joints]
+        driven = [name for name in names if name in drives]
         self._driven = as_columns([names.index(name) for name in driven], device)
         model = self._physics.model
-        self._ctrl_cols = as_columns([model.actuator(f"{self.name}/{name}").id for name in driven], device)
-        implicit = torch.tensor([self._drives.joints[name].implicit for name in driven], device=device)
-        self._implicit = implicit
-        self._all_implicit = bool(implicit.all())
-        explicit = [names.index(name) for name in driven if not self._drives.joints[name].implicit]
-        if explicit:
-            data._explicit_ids = torch.tensor(explicit, device=device)
+        columns = [int(model.actuator_ctrladr[model.actuator(f"{self.name}/{name}").id]) for name in driven]
+        self._ctrl_cols = as_columns(columns, device)
+        self._implicit = torch.tensor([drives[name].implicit for name in driven], device=device)
+        self._all_implicit = bool(self._implicit.all())
+        self._computed = [actuator for actuator in self.actuators.values() if _is_computed(actuator)]
+        computed = [names.index(name) for actuator in self._computed for name in actuator.joint_names]
+        if computed:
+            data._explicit_ids = torch.tensor(sorted(computed), device=device)
         # a drive without stiffness takes an effort: then the law has to be written out, too
-        self._has_feedforward = any(drive.implicit and not drive.stiffness for drive in self._drives.joints.values())
+        self._has_feedforward = any(drive.implicit and not drive.stiffness for drive in drives.values())
+        self._read_file_laws(per_env)
+        for actuator in self.actuators.values():
+            self._take_over(actuator)
+        self._report_resolution()
+
+    def _read_file_laws(self, per_env: Callable[[list[float]], torch.Tensor]) -> None:
+        """What the file's drives have beside two gains: constant efforts, ranges of targets, lopsided efforts."""
+        data, drives = self.data, [self._drives.joints.get(name) for name in self._joint_names]
+        laws = [drive.law if drive is not None and drive.law is not None else FileDrive() for drive in drives]
+        if any(law.constant for law in laws):
+            data._constant_effort = per_env([law.constant for law in laws])
+        ranges = [d.effort_range if d is not None else FileDrive().effort_range for d in drives]
+        if any(low != -high for low, high in ranges):
+            data._effort_range = per_env([low for low, _ in ranges]), per_env([high for _, high in ranges])
+        implicit = [law if d is not None and d.implicit else FileDrive() for d, law in zip(drives, laws, strict=True)]
+        for kind in ("position", "velocity"):
+            ends = [getattr(law, f"{kind}_range") for law in implicit]
+            if any(end != FileDrive().position_range for end in ends):
+                data._target_ranges[kind] = per_env([low for low, _ in ends]), per_env([high for _, high in ends])
+
+    def _take_over(self, actuator: ActuatorBase) -> None:
+        """Report what an actuator resolved its config to, and give the engine what differs from the compiled model."""
+        data, ids = self.data, actuator.joint_indices
+        chosen = torch.arange(self.num_joints, device=self._physics.device)[ids]
+        for value, current, write in (
+            (actuator.stiffness, data.joint_stiffness, self.write_joint_stiffness_to_sim),
+            (actuator.damping, data.joint_damping, self.write_joint_damping_to_sim),
+            (actuator.effort_limit_sim, data.joint_effort_limits, self.write_joint_effort_limit_to_sim),
+            (actuator.armature, data.joint_armature, self.write_joint_armature_to_sim),
+            (actuator.friction, data.joint_friction_coeff, self.write_joint_friction_coefficient_to_sim),
+            (
+                actuator.viscous_friction,
+                data.joint_viscous_friction_coeff,
+                self.write_joint_viscous_friction_coefficient_to_sim,
+            ),
+        ):
+            if not torch.equal(value, current[:, chosen]):
+                write(value.clone(), joint_ids=chosen)
+        data.joint_vel_limits[:, chosen] = actuator.velocity_limit_sim
+        data.soft_joint_vel_limits[:, chosen] = actuator.velocity_limit
+        if hasattr(actuator, "gear_ratio"):
+            data.gear_ratio[:, chosen] = actuator.gear_ratio
+
+    def _report_resolution(self) -> None:
+        """Log which values came from where, if the config asks for it."""
+        if not self.cfg.actuator_value_resolution_debug_print:
+            return
+        for group, actuator in self.actuators.items():
+            for name, rows in actuator.joint_property_resolution_table.items():
+                for joint, _, of_file, given, used in rows:
+                    logger.warning(
+                        "scene.%s.actuators['%s'].%s of '%s': file %s, config %s, used %s",
+                        *(self.name, group, name, joint, of_file, given, used),
+                    )
 
     def _write_initial_state(self) -> None:
         data = self.data
@@ -240,17 +301,19 @@ class Articulation(JointProperties):
             return
         data._explicit_effort = data._explicit_effort.index_fill(0, env_ids, 0.0)
         data._explicit_computed = data._explicit_computed.index_fill(0, env_ids, 0.0)
-        for actuator in self.actuators.values():
-            if not actuator.is_implicit_model:
-                actuator.start_episodes(env_ids, self._targets(actuator, env_ids))
+        for actuator in self._computed:
+            actuator.start_episodes(env_ids, self._targets(actuator, env_ids))
 
     def _targets(self, actuator: ActuatorBase, env_ids: torch.Tensor | slice = slice(None)) -> ArticulationActions:
         """Targets of an actuator's joints in some environments."""
         data, ids = self.data, actuator.joint_indices
+        efforts = data.joint_effort_target[env_ids][:, ids]
+        if data._constant_effort is not None and not actuator.is_implicit_model:  # else the engine adds it
+            efforts = efforts + data._constant_effort[env_ids][:, ids]
         return ArticulationActions(
             joint_positions=data.joint_pos_target[env_ids][:, ids],
             joint_velocities=data.joint_vel_target[env_ids][:, ids],
-            joint_efforts=data.joint_effort_target[env_ids][:, ids],
+            joint_efforts=efforts,
             joint_indices=ids,
         )
 
@@ -260,37 +323,64 @@ class Articulation(JointProperties):
         data = self.data
         if not self._drives.joints:
             return
-        ctrl = data.joint_pos_target[:, self._driven]
+        position, velocity, effort = data.joint_pos_target, data.joint_vel_target, data.joint_effort_target
+        explicit = None
+        if self._computed:
+            position, velocity, effort, explicit = self._compute_actuators()
+        ctrl = data._clip_target("position", position)[:, self._driven]
         if self._has_feedforward:
-            ctrl = self._feedforward_ctrl(ctrl)
+            velocity = data._clip_target("velocity", velocity)
+            ctrl = self._feedforward_ctrl(ctrl, velocity[:, self._driven], effort[:, self._driven])
         if not self._all_implicit:
-            ctrl = torch.where(self._implicit, ctrl, self._explicit_efforts()[:, self._driven])
+            assert explicit is not None
+            ctrl = torch.where(self._implicit, ctrl, explicit[:, self._driven])
         self._physics.write("ctrl", ctrl, None, self._ctrl_cols)
 
-    def _feedforward_ctrl(self, position: torch.Tensor) -> torch.Tensor:
+    def _feedforward_ctrl(self, position: torch.Tensor, velocity: torch.Tensor, effort: torch.Tensor) -> torch.Tensor:
         """Control that makes the engine's kp (ctrl - q) - kd qd equal the full PD law with feed-forward."""
         data, cols = self.data, self._driven
         kp, kd = data.joint_stiffness[:, cols], data.joint_damping[:, cols]
-        extra = kd * data.joint_vel_target[:, cols] + data.joint_effort_target[:, cols]
+        extra = kd * velocity + effort
         stiff = kp > 0
         return torch.where(stiff, position + extra / torch.where(stiff, kp, torch.ones_like(kp)), extra)
 
-    def _explicit_efforts(self) -> torch.Tensor:
+    def _compute_actuators(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Targets for the engine's own drives, and efforts of the explicit models, of all joints.
+
+        Raises:
+            ConfigError: a model returns no effort, or an implicit one no target.
+        """
         data = self.data
-        effort = torch.zeros_like(data.joint_pos_target)
-        computed = torch.zeros_like(effort)
-        for actuator in self.actuators.values():
-            if actuator.is_implicit_model:
-                continue
+        given = torch.zeros_like(data.joint_pos_target)
+        computed = torch.zeros_like(given)
+        targets = {"position": data.joint_pos_target, "velocity": data.joint_vel_target}
+        targets["effort"] = data.joint_effort_target
+        copied = False
+        for actuator in self._computed:
             ids = actuator.joint_indices
-            targets = self._targets(actuator)
-            given = actuator.compute(targets, data.joint_pos[:, ids], data.joint_vel[:, ids]).joint_efforts
-            assert given is not None, f"{type(actuator).__name__}.compute must return joint_efforts"
-            effort[:, ids] = given
+            action = actuator.compute(self._targets(actuator), data.joint_pos[:, ids], data.joint_vel[:, ids])
+            efforts = action.joint_efforts
+            if not actuator.is_implicit_model:
+                if efforts is None:
+                    raise ConfigError(f"{type(actuator).__name__}.compute must return joint_efforts")
+                given[:, ids] = efforts
+            else:
+                if not copied:
+                    targets, copied = {kind: target.clone() for kind, target in targets.items()}, True
+                    self._has_feedforward = True
+                values = action.joint_positions, action.joint_velocities, efforts
+                for kind, value in zip(targets, values, strict=True):
+                    if value is None:
+                        raise ConfigError(
+                            f"{type(actuator).__name__}.compute must return joint_positions,"
+                            " joint_velocities and joint_efforts"
+                        )
+                    targets[kind][:, ids] = value
+                given[:, ids] = actuator.applied_effort
             computed[:, ids] = actuator.computed_effort
-        data._explicit_effort = effort[:, data._explicit_ids]
+        data._explicit_effort = given[:, data._explicit_ids]
         data._explicit_computed = computed[:, data._explicit_ids]
-        return effort
+        return targets["position"], targets["velocity"], targets["effort"], given
 
     # -- targets
 

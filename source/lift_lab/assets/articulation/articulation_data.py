@@ -38,6 +38,8 @@ class ArticulationData(BodyData):
     joint_vel_limits: torch.Tensor
     soft_joint_vel_limits: torch.Tensor
     joint_effort_limits: torch.Tensor
+    """Effort limits of the engine: the greater of both sides where a file's force range is lopsided; infinite where
+    there is none, 1e9 for explicit models without ``effort_limit_sim`` (as Isaac Lab)."""
     gear_ratio: torch.Tensor
 
     def __init__(self, *args: Any, qpos_ids: list[int], dof_ids: list[int], **kwargs: Any):
@@ -47,6 +49,9 @@ class ArticulationData(BodyData):
         self._explicit_effort: torch.Tensor | None = None
         self._explicit_ids: torch.Tensor | None = None
         self._explicit_computed: torch.Tensor | None = None
+        self._constant_effort: torch.Tensor | None = None
+        self._target_ranges: dict[str, tuple[torch.Tensor, torch.Tensor]] = {}
+        self._effort_range: tuple[torch.Tensor, torch.Tensor] | None = None
 
     @property
     def joint_pos(self) -> torch.Tensor:
@@ -77,19 +82,26 @@ class ArticulationData(BodyData):
     def computed_torque(self) -> torch.Tensor:
         """Effort that the actuator models ask for at the current state, before clipping."""
         effort = (
-            self.joint_stiffness * (self.joint_pos_target - self.joint_pos)
-            + self.joint_damping * (self.joint_vel_target - self.joint_vel)
+            self.joint_stiffness * (self._clip_target("position", self.joint_pos_target) - self.joint_pos)
+            + self.joint_damping * (self._clip_target("velocity", self.joint_vel_target) - self.joint_vel)
             + self.joint_effort_target
         )
+        if self._constant_effort is not None:
+            effort = effort + self._constant_effort
         if self._explicit_ids is not None and self._explicit_computed is not None:
             effort[:, self._explicit_ids] = self._explicit_computed
         return effort
+
+    def _clip_target(self, kind: str, target: torch.Tensor) -> torch.Tensor:
+        """Targets within the ranges that the asset's file gives its drives."""
+        return target.clamp(*self._target_ranges[kind]) if kind in self._target_ranges else target
 
     @cached
     def applied_torque(self) -> torch.Tensor:
         """Effort that the actuator models give at the current state, clipped at the effort limits."""
         limit = self.joint_effort_limits
-        effort = torch.clamp(self.computed_torque, -limit, limit)
+        low, high = (-limit, limit) if self._effort_range is None else self._effort_range
+        effort = torch.clamp(self.computed_torque, low, high)
         if self._explicit_ids is not None and self._explicit_effort is not None:
             effort[:, self._explicit_ids] = self._explicit_effort
         return effort

@@ -14,6 +14,7 @@ from lift_lab.utils.errors import ConfigError
 from ..asset_base import EnvIds, as_list
 from ..movable import MovableAsset
 from .articulation_data import ArticulationData
+from .drives import NO_LIMIT
 
 if TYPE_CHECKING:
     from lift_lab.actuators import ActuatorBase
@@ -186,25 +187,35 @@ class JointProperties(MovableAsset):
     def write_joint_effort_limit_to_sim(
         self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
-        """Set effort limits of the engine's actuators (N m or N), shape (n, num joints chosen).
+        """Set effort limits of the engine's actuators, alike to both sides (N m or N), shape (n, num joints chosen).
 
         Raises:
             ConfigError: a joint whose actuator had no limit at start.
         """
+        before = self.data.joint_effort_limits.clone()
         self._set("joint_effort_limits", limits, joint_ids, env_ids)
-        model = self._physics.model
+        data, model = self.data, self._physics.model
         field = self._physics.randomizable("actuator_forcerange")
-        for i, name in enumerate(self._joint_names):
+        for i in as_list(joint_ids, self.num_joints):
+            name = self._joint_names[i]
             if name not in self._drives.joints:
                 continue
             a = model.actuator(f"{self.name}/{name}").id
-            limit = self.data.joint_effort_limits[:, i]
+            rows = self._rows(env_ids)
             if not model.actuator_forcelimited[a]:
-                if bool(limit.isfinite().any()):
-                    raise ConfigError(f"'{self.name}': joint '{name}' has no effort limit that could be changed")
+                if bool(data.joint_effort_limits[rows, i].isfinite().any()):
+                    data.joint_effort_limits[:] = before
+                    raise ConfigError(
+                        f"'{self.name}': joint '{name}' has no effort limit that could be changed: set"
+                        " effort_limit_sim of its actuator group"
+                    )
                 continue
-            field[:, a, 0] = -limit.to(field.dtype)
-            field[:, a, 1] = limit.to(field.dtype)
+            limit = data.joint_effort_limits[rows, i].clamp(max=NO_LIMIT).to(field.dtype)
+            field[rows, a, 0] = -limit
+            field[rows, a, 1] = limit
+            if data._effort_range is not None:
+                low, high = data._effort_range
+                low[rows, i], high[rows, i] = -data.joint_effort_limits[rows, i], data.joint_effort_limits[rows, i]
 
     # Isaac Lab's older names
     write_joint_limits_to_sim = write_joint_position_limit_to_sim

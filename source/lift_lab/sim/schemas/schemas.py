@@ -131,27 +131,33 @@ def _set_mass(spec: mujoco.MjSpec, cfg: cfgs.MassPropertiesCfg, path: str) -> No
 
 
 def _set_drives(spec: mujoco.MjSpec, cfg: cfgs.JointDrivePropertiesCfg) -> None:
-    """Give the joints' drives other gains; actuators of another kind (motors) stay as they are.
+    """Give the joints' drives other gains and limits; actuators of another kind (motors) keep their gains.
 
     A drive is a position actuator, a velocity actuator, or a position actuator with a second one that carries the
-    target velocity (:mod:`lift_lab.usd.drives`).
+    target velocity (:mod:`lift_lab.usd.drives`). Gains are of the joint: a gear counts twice in them.
     """
+    kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
     positions = {actuator.target for actuator in spec.actuators if actuator.biasprm[1]}
     for actuator in spec.actuators:
+        of_joint = actuator.trntype in kinds
+        if cfg.max_effort is not None and of_joint:  # the joint's own range holds instead
+            actuator.forcerange, actuator.forcelimited = [0, 0], mujoco.mjtLimited.mjLIMITED_FALSE
+        gear = float(actuator.gear[0]) if of_joint else 1.0
+        stiffness, damping = (None if g is None else g / gear**2 for g in (cfg.stiffness, cfg.damping))
         carries_velocity = actuator.name == f"{actuator.target}_velocity" and actuator.target in positions
         if carries_velocity:
-            if cfg.damping is not None:
-                actuator.gainprm[0] = cfg.damping
+            if damping is not None:
+                actuator.gainprm[0] = damping
             continue
         if not actuator.biasprm[1] and not actuator.biasprm[2]:
             continue
-        if cfg.damping is not None:
-            actuator.biasprm[2] = -cfg.damping
+        if damping is not None:
+            actuator.biasprm[2] = -damping
             if not actuator.biasprm[1]:
-                actuator.gainprm[0] = cfg.damping
-        if cfg.stiffness or (cfg.stiffness is not None and actuator.biasprm[1]):
-            actuator.gainprm[0] = cfg.stiffness
-            actuator.biasprm[1] = -cfg.stiffness
+                actuator.gainprm[0] = damping
+        if stiffness or (stiffness is not None and actuator.biasprm[1]):
+            actuator.gainprm[0] = stiffness
+            actuator.biasprm[1] = -stiffness
     if cfg.max_effort is not None:
         for joint in spec.joints:
             if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
