@@ -20,17 +20,20 @@ class ActuatorBaseCfg:
     joint_names_expr: list[str] = MISSING
     """Patterns of the joints in the group (full match)."""
     effort_limit: dict[str, float] | float | None = None
-    """Limit of an explicit model's effort. For implicit models the same as :attr:`effort_limit_sim`."""
+    """Limit of an explicit model's effort; None keeps the file's. Of implicit models the same as
+    :attr:`effort_limit_sim`: both given and different is an error."""
     velocity_limit: dict[str, float] | float | None = None
-    """Velocity limit of the model: kept in ``data.joint_vel_limits``; a DC motor's no-load speed."""
+    """Velocity limit of an explicit model: kept in ``data.soft_joint_vel_limits``; a DC motor's no-load speed. Does not
+    count for implicit models, whose limit is :attr:`velocity_limit_sim`; both given and different is an error."""
     effort_limit_sim: dict[str, float] | float | None = None
-    """Limit of the effort the engine applies. None keeps the USD file's."""
+    """Limit of the effort the engine applies. None keeps the file's for implicit models, and is 1e9 for explicit
+    ones."""
     velocity_limit_sim: dict[str, float] | float | None = None
     """PhysX's velocity limit. Kept in ``data.joint_vel_limits``; MuJoCo does not clamp velocities."""
     stiffness: dict[str, float] | float | None = MISSING
-    """Position gain. None keeps the USD drive's."""
+    """Position gain at the joint, at least 0. None keeps the file's drive (docs/usd.md, "Drives in a scene")."""
     damping: dict[str, float] | float | None = MISSING
-    """Velocity gain. None keeps the USD drive's."""
+    """Velocity gain at the joint, at least 0. None keeps the file's drive."""
     armature: dict[str, float] | float | None = None
     """Reflected rotor inertia. None keeps the USD file's."""
     friction: dict[str, float] | float | None = None

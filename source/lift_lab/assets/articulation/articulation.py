@@ -265,10 +265,9 @@ class Articulation(JointProperties):
         for group, actuator in self.actuators.items():
             for name, rows in actuator.joint_property_resolution_table.items():
                 for joint, _, of_file, given, used in rows:
-                    logger.warning(
-                        "scene.%s.actuators['%s'].%s of '%s': file %s, config %s, used %s",
-                        *(self.name, group, name, joint, of_file, given, used),
-                    )
+                    values = [v if isinstance(v, str) else f"{v:g}" for v in (of_file, given, used)]
+                    where = f"scene.{self.name}.actuators['{group}'].{name} of '{joint}'"
+                    logger.warning("%s: file %s, config %s, used %s", where, *values)
 
     def _write_initial_state(self) -> None:
         data = self.data
