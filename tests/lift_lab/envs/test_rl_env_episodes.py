@@ -188,7 +188,14 @@ class _Sum(torch.nn.Module):
 def test_a_reset_from_outside_leaves_the_actuators_of_the_others_alone(make_env, make_cfg, tmp_path, to_state):
     torch.jit.script(_Sum()).save(str(tmp_path / "sum.pt"))
     pd = {"stiffness": 50.0, "damping": 5.0, "effort_limit": 50.0}
-    net = {"pos_scale": 5.0, "vel_scale": -0.1, "torque_scale": 1.0, "input_order": "pos_vel", "input_idx": [0, 2]}
+    net = {
+        "pos_scale": 5.0,
+        "vel_scale": -0.1,
+        "torque_scale": 1.0,
+        "input_order": "pos_vel",
+        "input_idx": [0, 2],
+        "velocity_limit": 1e9,
+    }
 
     def run(resets: bool):
         cfg = make_cfg()
