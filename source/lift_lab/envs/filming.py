@@ -206,13 +206,15 @@ def render_view(env: ManagerBasedEnv) -> RenderView:
 
 
 def update_markers(env: Any) -> None:
-    """Move the markers of commands, actions and sensors to the current state."""
+    """Move the markers of commands, actions, sensors and terrain to the current state."""
     with env.sim.as_current():  # terms make their markers in the current simulation
         for name in ("command_manager", "action_manager"):
             if hasattr(env, name):
                 getattr(env, name).update_debug_vis()
         for sensor in env.scene.sensors.values():
             sensor.update_debug_vis()
+        if env.scene.terrain is not None:
+            env.scene.terrain.update_debug_vis()
 
 
 def _half_cell(offsets: torch.Tensor, chosen: torch.Tensor) -> float:

@@ -6,7 +6,6 @@ positions when they are read and taken off when they are written.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,24 +16,14 @@ from lift_lab.assets import Articulation, AssetBase, AssetBaseCfg, DeformableObj
 from lift_lab.sensors import SensorBase, SensorBaseCfg
 from lift_lab.sensors.sensor_base import AssetPath
 from lift_lab.sim import SimulationContext, note_ignored
-from lift_lab.terrains import TerrainImporterCfg
+from lift_lab.terrains import TerrainImporter, TerrainImporterCfg
+from lift_lab.terrains.terrain_importer import grid_origins
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
 
 from .interactive_scene_cfg import InteractiveSceneCfg
 
 EnvIds = Sequence[int] | torch.Tensor | slice | None
 State = dict[str, dict[str, dict[str, torch.Tensor]]]
-
-
-def grid_origins(num_envs: int, spacing: float, device: str) -> torch.Tensor:
-    """Origins of environments on a square grid centred at the world's origin, shape (num_envs, 3), in m."""
-    side = math.ceil(math.sqrt(num_envs))
-    index = torch.arange(num_envs, device=device)
-    row, col = index // side, index % side
-    rows = math.ceil(num_envs / side)
-    x = (row - (rows - 1) / 2) * spacing
-    y = (col - (side - 1) / 2) * spacing
-    return torch.stack((x, y, torch.zeros_like(x)), dim=-1).float()
 
 
 class InteractiveScene:
@@ -68,7 +57,7 @@ class InteractiveScene:
         self._sensors: dict[str, SensorBase] = {}
         self._movables: dict[str, Articulation | RigidObject | DeformableObject] = {}
         self._entities: dict[str, Any] = {}
-        self._terrain: TerrainImporterCfg | None = None
+        self._terrain: TerrainImporter | None = None
         self._terrain_field = ""
         if cfg.clone_in_fabric:
             note_ignored("scene.clone_in_fabric", "Omniverse Fabric")
@@ -84,8 +73,7 @@ class InteractiveScene:
             if cfg is None or isinstance(cfg, SensorBaseCfg) or name in other_names:
                 continue
             if isinstance(cfg, TerrainImporterCfg):
-                cfg.spawn_into(self.spec, name)
-                self._terrain, self._terrain_field = cfg, name
+                self._add_terrain(cfg, name)
                 continue
             if not isinstance(cfg, AssetBaseCfg):
                 raise ConfigError(f"scene.{name}: {type(cfg).__name__} is no asset, sensor or terrain config")
@@ -108,6 +96,14 @@ class InteractiveScene:
         terrain = {} if self._terrain is None else {"terrain": self._terrain}
         self._entities = {**terrain, **self._movables, **self._sensors, **self._statics}
         self._entities.update({other: self._entities[name] for other, name in other_names.items()})
+
+    def _add_terrain(self, cfg: TerrainImporterCfg, name: str) -> None:
+        cfg.spawn_into(self.spec, name)
+        cfg = cfg.copy()
+        cfg.num_envs, cfg.env_spacing = self.num_envs, self.cfg.env_spacing
+        self._terrain, self._terrain_field = cfg.class_type(cfg), name
+        self._terrain.name = name
+        self._origins = self._terrain.env_origins
 
     @staticmethod
     def _other_names(entities: dict[str, Any]) -> dict[str, str]:
@@ -139,7 +135,7 @@ class InteractiveScene:
     def _prim_paths(self) -> dict[str, str]:
         assets = {**self._movables, **self._statics}
         paths: dict[str, str] = {name: AssetPath(a.cfg.prim_path, a.stage_paths) for name, a in assets.items()}
-        return paths if self._terrain is None else {**paths, self._terrain_field: self._terrain.prim_path}
+        return paths if self._terrain is None else {**paths, self._terrain_field: self._terrain.cfg.prim_path}
 
     def initialize(self) -> None:
         """Find all entities in the compiled model (called by :meth:`SimulationContext.reset`)."""
@@ -212,8 +208,8 @@ class InteractiveScene:
         return self._statics
 
     @property
-    def terrain(self) -> TerrainImporterCfg | None:
-        """The terrain's config, or None."""
+    def terrain(self) -> TerrainImporter | None:
+        """The terrain, or None."""
         return self._terrain
 
     @property

@@ -12,23 +12,30 @@ from lift_lab.sim.spawners.file_options import adopt_scene_options
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
 
+from .terrain_importer import TerrainImporter
+
 
 @configclass
 class TerrainImporterCfg:
     """A terrain that all environments stand on."""
 
+    class_type: type = TerrainImporter
+    """Class of ``scene.terrain``."""
     collision_group: int = -1
     prim_path: str = MISSING
     num_envs: int = 1
+    """Set by the scene."""
     terrain_type: Literal["generator", "plane", "usd"] = "plane"
     terrain_generator: Any = None
     usd_path: str | None = None
     env_spacing: float | None = None
+    """Set by the scene, in m."""
     use_terrain_origins: bool = True
     visual_material: VisualMaterialCfg | None = None
     physics_material: RigidBodyMaterialCfg = RigidBodyMaterialCfg()
     max_init_terrain_level: int | None = None
     debug_vis: bool = False
+    """Whether films and viewers show the environments' origins."""
 
     def spawn_into(self, spec: mujoco.MjSpec, name: str) -> None:
         """Lay the terrain into a scene's spec.
@@ -36,9 +43,20 @@ class TerrainImporterCfg:
         Raises:
             ConfigError: the terrain is no plane.
         """
-        if self.terrain_type != "plane":
-            raise ConfigError(f"scene.{name}.terrain_type '{self.terrain_type}' is not supported; choose 'plane'")
+        self.check_type(f"scene.{name}.")
         cfg = GroundPlaneCfg(physics_material=self.physics_material, color=None)
         spawned = cfg.func(self.prim_path, cfg)
         adopt_scene_options(spawned, spec, f"scene.{name}")
         spec.attach(spawned.spec, prefix=f"{name}/", frame=spec.worldbody.add_frame())
+
+    def check_type(self, where: str) -> None:
+        """Check that the terrain can be made.
+
+        Args:
+            where: start of the message.
+
+        Raises:
+            ConfigError: the terrain is no plane.
+        """
+        if self.terrain_type != "plane":
+            raise ConfigError(f"{where}terrain_type '{self.terrain_type}' is not supported; choose 'plane'")
