@@ -94,10 +94,14 @@ class BodyData(AssetData):
             physics.num_envs, 1
         )
         """Masses at start in kg, shape (num_envs, num_bodies)."""
-        self.default_inertia = torch.tensor(model.body_inertia[body_ids], dtype=torch.float32, device=device).repeat(
-            physics.num_envs, 1, 1
-        )
-        """Principal inertias at start in kg m^2, shape (num_envs, num_bodies, 3)."""
+        principal = torch.tensor(model.body_inertia[body_ids], dtype=torch.float32, device=device)
+        self._default_principal_inertia = principal.repeat(physics.num_envs, 1, 1)
+        self._principal_axes_b = math_utils.matrix_from_quat(self._iquat_b)
+        self.default_inertia = self._inertia_in_link_axes(self._default_principal_inertia)
+        """Inertias about the centres of mass at start, in the link axes, in kg m^2, row by row.
+
+        Shape (num_envs, num_bodies, 9); of a rigid object (num_envs, 9).
+        """
         gravity = torch.tensor(model.opt.gravity, dtype=torch.float32, device=device)
         norm = gravity.norm()
         down = gravity / norm if norm > 0 else torch.tensor([0.0, 0.0, -1.0], device=device)
@@ -105,6 +109,11 @@ class BodyData(AssetData):
         """Direction of gravity, shape (num_envs, 3)."""
         self.FORWARD_VEC_B = torch.tensor([1.0, 0.0, 0.0], device=device).repeat(physics.num_envs, 1)
         """The root's forward direction, shape (num_envs, 3)."""
+
+    def _inertia_in_link_axes(self, principal: torch.Tensor) -> torch.Tensor:
+        """Inertia matrices of shape (..., num_bodies, 9) from principal ones of shape (..., num_bodies, 3)."""
+        axes = self._principal_axes_b
+        return ((axes * principal.unsqueeze(-2)) @ axes.mT).flatten(-2)
 
     def invalidate(self) -> None:
         """Forget cached values, other than the pose of a root that is fixed to the world."""

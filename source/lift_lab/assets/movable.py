@@ -369,7 +369,7 @@ class MovableAsset(AssetBase):
             inertia = self._model_field("body_inertia")
             default_mass = self._data.default_mass[rows][:, chosen]
             ratio = torch.where(default_mass > 0, masses / default_mass, 1.0)  # nothing scales from nothing
-            value = self._data.default_inertia[rows][:, chosen] * ratio[..., None]
+            value = self._data._default_principal_inertia[rows][:, chosen] * ratio[..., None]
             inertia[rows[:, None], cols] = value.to(inertia.dtype)
         self._physics.recompute_constants()
 

@@ -2,7 +2,7 @@
 
 Conventions are PhysX's, which differ from those of ``asset.data``: quaternions are (x, y, z, w); masses, inertias,
 centres of mass and materials are on the CPU, and what sets them takes the rows of all environments and writes those of
-``indices``.
+``indices``. Views of rigid objects have one row for each environment. Those of articulations have bodies in between.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Indices = Sequence[int] | torch.Tensor
 
+_AXES_TOLERANCE = 1e-4
+"""Part of a body's largest moment of inertia that its products of inertia may be: what float32 leaves."""
+
 
 def xyzw_pose(pose: torch.Tensor) -> torch.Tensor:
     """Position and orientation with the real part last, shape (..., 7), of one with the real part first."""
@@ -40,6 +43,15 @@ class RigidBodyView(SuggestsAttributes):
 
     def _described(self) -> str:
         return f"root_physx_view of '{self._asset.name}' has"
+
+    @property
+    def _bodies_dim(self) -> tuple[int, ...]:
+        """Dimensions between environments and numbers: a rigid object has none for its only body."""
+        return ()
+
+    def _without_bodies(self, values: torch.Tensor) -> torch.Tensor:
+        """Values of shape (num_envs, num_bodies, n) in the view's own shape."""
+        return values.reshape(len(values), *self._bodies_dim, values.shape[-1])
 
     @property
     def count(self) -> int:
@@ -60,49 +72,67 @@ class RigidBodyView(SuggestsAttributes):
         return self._asset._data.root_com_vel_w.clone()
 
     def get_masses(self) -> torch.Tensor:
-        """Masses in kg, shape (num_envs, num_bodies)."""
+        """Masses in kg, shape (num_envs, 1); of an articulation (num_envs, num_bodies)."""
         return self._asset.get_masses().cpu()
 
     def set_masses(self, masses: torch.Tensor, indices: Indices) -> None:
-        """Set masses in kg, shape (num_envs, num_bodies); inertias stay as they are."""
+        """Set masses in kg, shaped as those of :meth:`get_masses`; inertias stay as they are."""
         rows = self._rows(masses, (self._asset.num_bodies,), indices)
         self._asset.write_body_mass_to_sim(rows, env_ids=self._env_ids(indices), recompute_inertia=False)
 
     def get_inertias(self) -> torch.Tensor:
-        """Inertias about the centres of mass in kg m^2 in the principal axes, shape (num_envs, num_bodies, 9)."""
-        principal = self._asset._model_field("body_inertia")[:, self._asset._ids].float()
-        return torch.diag_embed(principal).flatten(2).cpu()
+        """Inertias about the centres of mass in kg m^2, in the link axes, row by row.
+
+        Shape (num_envs, 9); of an articulation (num_envs, num_bodies, 9).
+        """
+        asset = self._asset
+        principal = asset._model_field("body_inertia")[:, asset._ids].float()
+        return self._without_bodies(asset._data._inertia_in_link_axes(principal)).cpu()
 
     def set_inertias(self, inertias: torch.Tensor, indices: Indices) -> None:
-        """Set principal inertias in kg m^2, shape (num_envs, num_bodies, 9).
+        """Set inertias, shaped as those of :meth:`get_inertias`.
 
         Raises:
-            ConfigError: a matrix is not diagonal: principal axes cannot be turned.
+            ConfigError: a matrix that is not positive, or with other principal axes than the body's: those cannot be
+                turned.
         """
-        rows = self._rows(inertias, (self._asset.num_bodies, 9), indices).unflatten(-1, (3, 3))
-        principal = rows.diagonal(dim1=-2, dim2=-1)
-        if (rows - torch.diag_embed(principal)).any():
-            raise ConfigError(f"{self._owner()}: set_inertias takes diagonal matrices, in the principal axes")
-        field = self._asset._model_field("body_inertia")
-        bodies = torch.tensor(self._asset._ids, device=field.device)
+        asset = self._asset
+        rows = self._rows(inertias, (*self._bodies_dim, 9), indices).reshape(-1, asset.num_bodies, 3, 3)
+        axes = asset._data._principal_axes_b
+        turned = axes.mT @ rows @ axes
+        principal = turned.diagonal(dim1=-2, dim2=-1)
+        if (principal < 0).any():
+            raise ConfigError(f"{self._owner()}: set_inertias: an inertia is negative ({float(principal.min()):g})")
+        rest = (turned - torch.diag_embed(principal)).abs().amax(dim=(-2, -1))
+        if (rest > _AXES_TOLERANCE * principal.amax(dim=-1)).any():
+            raise ConfigError(
+                f"{self._owner()}: set_inertias cannot turn principal axes: scale matrices of get_inertias, or give"
+                " others that are diagonal in the same axes"
+            )
+        field = asset._model_field("body_inertia")
+        bodies = torch.tensor(asset._ids, device=field.device)
         field[self._env_ids(indices)[:, None], bodies] = principal.to(field)
-        self._asset._physics.recompute_constants()
+        asset._physics.recompute_constants()
 
     def get_coms(self) -> torch.Tensor:
-        """Centres of mass and principal axes in the link frames in m, shape (num_envs, num_bodies, 7)."""
+        """Centres of mass and principal axes in the link frames in m.
+
+        Shape (num_envs, 7); of an articulation (num_envs, num_bodies, 7).
+        """
         data = self._asset._data
-        return xyzw_pose(torch.cat((data.body_com_pos_b, data.body_com_quat_b), dim=-1)).cpu()
+        return self._without_bodies(xyzw_pose(torch.cat((data.body_com_pos_b, data.body_com_quat_b), dim=-1))).cpu()
 
     def set_coms(self, coms: torch.Tensor, indices: Indices) -> None:
-        """Move centres of mass, shape (num_envs, num_bodies, 7); the principal axes stay as they are.
+        """Move centres of mass, shaped as those of :meth:`get_coms`; the principal axes stay as they are.
 
         Raises:
             ConfigError: the axes are turned, or a body's centre of mass cannot move.
         """
-        rows = self._rows(coms, (self._asset.num_bodies, 7), indices)
-        if not torch.allclose(rows[..., 3:], self.get_coms()[0, :, 3:].to(rows), atol=1e-5):
+        rows = self._rows(coms, (*self._bodies_dim, 7), indices)
+        if not torch.allclose(rows[..., 3:], self.get_coms()[0, ..., 3:].to(rows), atol=1e-5):
             raise ConfigError(f"{self._owner()}: set_coms moves centres of mass; it cannot turn principal axes")
-        self._asset.write_body_com_to_sim(rows[..., :3], env_ids=self._env_ids(indices))
+        positions = rows[..., :3].reshape(len(rows), self._asset.num_bodies, 3)
+        self._asset.write_body_com_to_sim(positions, env_ids=self._env_ids(indices))
 
     def get_material_properties(self) -> torch.Tensor:
         """Static and dynamic friction, which are one here, and restitution, which is 0, of the colliders.
@@ -128,9 +158,12 @@ class RigidBodyView(SuggestsAttributes):
         return ids_tensor(indices, self._asset._physics.device)
 
     def _rows(self, values: torch.Tensor, shape: tuple[int, ...], indices: Indices) -> torch.Tensor:
-        """Rows of ``indices`` of values of all environments, on the device."""
+        """Rows of ``indices`` of values of all environments, on the device.
+
+        As PhysX asks, the numbers have to fit and not the dimensions, but the first counts the environments or all.
+        """
         wanted = (self.count, *shape)
-        if values.numel() != torch.Size(wanted).numel():
+        if values.numel() != torch.Size(wanted).numel() or (values.ndim > 1 and len(values) != self.count):
             raise ConfigError(
                 f"{self._owner()}: expected values of all environments, {wanted}, got {tuple(values.shape)}"
             )

@@ -133,9 +133,11 @@ def test_what_is_set_in_one_environment_is_the_model_of_that_environment(started
     assert masses.shape == (NUM_ENVS, 1)
     assert materials.shape == (NUM_ENVS, view.max_shapes, 3)
     assert view.max_shapes == 1
-    solid = 0.6 / 12 * torch.tensor([0.02, 0.05, 0.05])  # of a cuboid of 0.2, 0.1 and 0.1 m, in some order
-    diagonal = inertias[0, 0].reshape(3, 3).diagonal()
-    torch.testing.assert_close(diagonal.sort().values, solid.sort().values)
+    solid = 0.6 / 12 * torch.tensor([0.02, 0.05, 0.05])  # of a cuboid of 0.2, 0.1 and 0.1 m, about its own axes
+    assert inertias.shape == (NUM_ENVS, 9)
+    torch.testing.assert_close(inertias[0], torch.diag(solid).flatten(), atol=1e-8, rtol=1e-5)
+    torch.testing.assert_close(scene["box"].data.default_inertia, inertias)
+    principal = torch.tensor(sim.physics.model.body_inertia[body], dtype=torch.float32)
     view.set_masses(masses * 2.0, torch.tensor([1]))
     view.set_inertias(inertias * 3.0, torch.tensor([1]))
     materials[..., :2] = 0.35
@@ -144,10 +146,40 @@ def test_what_is_set_in_one_environment_is_the_model_of_that_environment(started
         sim.physics.get_data(env_id)
         field = sim.physics.randomizable
         assert float(field("body_mass")[env_id, body]) == pytest.approx(mass)
-        torch.testing.assert_close(field("body_inertia")[env_id, body].float(), inertia * diagonal)
+        torch.testing.assert_close(field("body_inertia")[env_id, body].float(), inertia * principal)
         shape = scene["box"]._geom_ids[0]
         assert float(field("geom_friction")[env_id, shape, 0]) == pytest.approx(friction)
     torch.testing.assert_close(view.get_masses().flatten(), torch.tensor([0.6, 1.2, 0.6]))
+
+
+def test_views_have_physx_s_shapes_and_inertias_are_in_the_link_s_axes(started):
+    """PhysX gives R diag(I) R', with the axes of get_coms; one row of a rigid object, one for each link of a robot."""
+    sim, scene = started
+    robot, box = scene["robot"], scene["box"]
+    model = sim.physics.model
+    expected = []
+    for name in robot.body_names:
+        body = _body(model, "robot", name)
+        axes = np.zeros(9)
+        mujoco.mju_quat2Mat(axes, model.body_iquat[body])
+        axes = axes.reshape(3, 3)
+        expected.append((axes @ np.diag(model.body_inertia[body]) @ axes.T).flatten())
+    expected = torch.tensor(np.array(expected)).float().repeat(NUM_ENVS, 1, 1)
+    assert (expected[0, :, [1, 2, 5]].abs() > 1e-6).any()  # or the axes would not be tried
+    view = robot.root_physx_view
+    torch.testing.assert_close(view.get_inertias(), expected, atol=1e-7, rtol=1e-5)
+    torch.testing.assert_close(robot.data.default_inertia, expected, atol=1e-7, rtol=1e-5)
+    of_box = box.root_physx_view
+    assert (view.get_masses().shape, of_box.get_masses().shape) == ((NUM_ENVS, robot.num_bodies), (NUM_ENVS, 1))
+    assert (view.get_coms().shape, of_box.get_coms().shape) == ((NUM_ENVS, robot.num_bodies, 7), (NUM_ENVS, 7))
+    assert (of_box.get_inertias().shape, box.data.default_inertia.shape) == ((NUM_ENVS, 9), (NUM_ENVS, 9))
+    assert box.data.default_mass.shape == (NUM_ENVS, 1)
+    view.set_inertias(2.0 * view.get_inertias(), torch.tensor([1]))
+    factors = torch.tensor([1.0, 2.0, 1.0])[:, None, None]
+    torch.testing.assert_close(view.get_inertias(), factors * expected, atol=1e-6, rtol=1e-4)
+    of_box.set_inertias((3.0 * of_box.get_inertias()).view(NUM_ENVS, 1, 9), torch.tensor([2]))
+    factors = torch.tensor([[1.0], [1.0], [3.0]])
+    torch.testing.assert_close(of_box.get_inertias(), factors * box.data.default_inertia)
 
 
 def test_centres_of_mass_move_and_their_axes_do_not(started):
@@ -192,7 +224,13 @@ def test_what_is_missing_or_of_a_wrong_size_is_named():
         _ = view.get_jacobian
     with pytest.raises(ConfigError, match=r"'box'.root_physx_view: .* \(3, 1\), got \(1, 1\)"):
         scene["box"].root_physx_view.set_masses(torch.ones(1, 1), torch.tensor([0]))
-    turned = scene["box"].root_physx_view.get_inertias() + 0.1
-    with pytest.raises(ConfigError, match="diagonal"):
-        scene["box"].root_physx_view.set_inertias(turned, torch.tensor([0]))
+    box = scene["box"].root_physx_view
+    with pytest.raises(ConfigError, match="cannot turn principal axes"):
+        box.set_inertias(box.get_inertias() + 0.1, torch.tensor([0]))
+    with pytest.raises(ConfigError, match=r"negative \(-"):
+        box.set_inertias(-box.get_inertias(), torch.tensor([0]))
+    with pytest.raises(ConfigError, match=r"\(3, 7\), got \(7, 3\)"):
+        box.set_coms(box.get_coms().T, torch.tensor([0]))
+    with pytest.raises(ConfigError, match=r"\(3, 11, 9\), got \(3, 9\)"):
+        view.set_inertias(box.get_inertias(), torch.tensor([0]))
     sim.close()

@@ -28,6 +28,10 @@ class ArticulationView(RigidBodyView):
     _asset: Articulation
 
     @property
+    def _bodies_dim(self) -> tuple[int, ...]:
+        return (self._asset.num_bodies,)
+
+    @property
     def max_dofs(self) -> int:
         """Number of joints."""
         return self._asset.num_joints
