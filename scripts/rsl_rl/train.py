@@ -11,6 +11,7 @@ Several processes: torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distrib
 
 from __future__ import annotations
 
+import sys
 import time
 
 from cli_args import check_agent, make_parser, positive
@@ -69,6 +70,10 @@ def main() -> int:
         if place.is_main:
             console.print(text, markup=False, highlight=False, soft_wrap=True)
 
+    def warn(text: str) -> None:
+        if place.is_main:
+            print(text, file=sys.stderr)
+
     check_agent(args)
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     runs.check_given_once(env_cfg, agent_cfg, args, overrides)
@@ -94,7 +99,7 @@ def main() -> int:
     checkpoint = None
     if resume:
         wanted = args.checkpoint or agent_cfg.load_checkpoint
-        checkpoint = runs.find_checkpoint(agent_cfg, wanted, agent_cfg.load_run, args.task, training=True)
+        checkpoint = runs.find_checkpoint(agent_cfg, wanted, agent_cfg.load_run, args.task, True, warn)
         runs.note_other_task(checkpoint, args.task, say)
         done = checkpoint_iteration(checkpoint)
         if done >= agent_cfg.max_iterations:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import os
@@ -14,41 +13,9 @@ from typing import Any
 import torch
 
 from lift_lab.utils.errors import FileError
+from lift_lab.utils.io import write_atomically
 
 from .digest import add_digest, damage
-
-
-def write_atomically(path: str | Path, data: bytes) -> None:
-    """Write ``data`` to ``path`` so that a crash at any moment leaves the old file or the new one.
-
-    Args:
-        path: where to; its folder is made.
-        data: content.
-
-    Raises:
-        FileError: it cannot be written.
-    """
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(temporary, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except OSError as error:
-        _remove(temporary)
-        raise FileError(f"cannot write '{path}': {error.strerror or error}") from error
-    except BaseException:
-        _remove(temporary)
-        raise
-    _sync_folder(path.parent)
-
-
-def _remove(temporary: Path) -> None:
-    with contextlib.suppress(OSError):
-        temporary.unlink()
 
 
 def check_target(path: str | Path) -> None:
@@ -80,17 +47,6 @@ def read_json(path: str | Path) -> Any:
         raise FileError(f"cannot read '{path}': {error.strerror}") from error
     except ValueError as error:
         raise FileError(f"cannot read '{path}': it is not JSON: {error}") from error
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make a rename survive a power cut, where the system can."""
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def save_torch(path: str | Path, content: Any) -> None:

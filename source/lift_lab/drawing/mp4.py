@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import socket
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,9 @@ class Mp4Writer:
 
         self.path = Path(path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._temporary = self.path.with_name(f".{self.path.stem}.{os.getpid()}.tmp.mp4")
+        # Named as by lift_lab.utils.io.temporary_path, which would bring torch along.
+        host = re.sub(r"\W", "-", socket.gethostname().partition(".")[0])[:32]
+        self._temporary = self.path.with_name(f".{self.path.stem}.{host}-{os.getpid()}.tmp.mp4")
         self._av = av
         self._fps = max(1, round(fps))
         self._container: Any = av.open(str(self._temporary), mode="w")

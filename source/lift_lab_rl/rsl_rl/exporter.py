@@ -21,7 +21,8 @@ from rsl_rl.models import MLPModel
 from tensordict import TensorDict
 from torch import nn
 
-from lift_lab.utils.errors import LiftLabError
+from lift_lab.utils.errors import FileError, LiftLabError
+from lift_lab.utils.io import temporary_path
 
 TOLERANCE = 1e-4
 """Largest difference allowed between exported policy and policy, relative to the largest action (at least 1)."""
@@ -192,10 +193,12 @@ def _target(path: str | Path, filename: str) -> Path:
 
 
 def _write(target: Path, write: Callable[[Path], None]) -> None:
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    temporary = temporary_path(target)
     try:
         write(temporary)
         os.replace(temporary, target)
+    except OSError as error:
+        raise FileError(f"cannot write '{target}': {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
 

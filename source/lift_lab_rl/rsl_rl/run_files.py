@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
+from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.distributed import Place
 from lift_lab_rl.run_params import read_params
 
@@ -20,7 +23,8 @@ def remove_old_states(folder: Path, place: Place, keep: int) -> None:
     """Remove all but the newest ``keep`` states of a process."""
     states = sorted(folder.glob(state_name(place, "*")), key=_number_of)
     for old in states[:-keep]:
-        old.unlink()
+        with contextlib.suppress(OSError):  # another process was faster, or the folder is read-only now
+            old.unlink()
 
 
 def checkpoint_iteration(path: str | Path) -> int:
@@ -31,6 +35,41 @@ def checkpoint_iteration(path: str | Path) -> int:
         ConfigError: it is no checkpoint, or holds a number that is not finite.
     """
     return read_checkpoint(path)["iter"]
+
+
+class Readable:
+    """Tells good checkpoints from damaged ones, and says so once for each run that holds a damaged one."""
+
+    def __init__(self, say: Callable[[str], None]):
+        """Have said nothing yet.
+
+        Args:
+            say: takes the line.
+        """
+        self._say = say
+        self._named: set[Path] = set()
+
+    def run(self, folder: Path) -> bool:
+        """Whether the folder of a run says what it is of."""
+        try:
+            read_params(folder, "run")
+        except FileError as error:
+            return self._skip(folder, error)
+        return True
+
+    def checkpoint(self, path: Path) -> bool:
+        """Whether a checkpoint can be read and is whole."""
+        try:
+            read_checkpoint(path)
+        except (FileError, ConfigError) as error:
+            return self._skip(path.parent, error)
+        return True
+
+    def _skip(self, folder: Path, error: Exception) -> bool:
+        if folder not in self._named:
+            self._say(f"warning: skipped, in run '{folder.name}': {error}")
+        self._named.add(folder)
+        return False
 
 
 def trained_with(path: str | Path) -> str:

@@ -14,6 +14,7 @@ import torch
 from rsl_rl.utils.log_writer import LogWriter
 from rsl_rl.utils.logger import Logger
 
+from .curve_files import CurveWriter
 from .progress import IterationReport
 
 
@@ -31,6 +32,13 @@ class RunLogger(Logger):
         self._dones = torch.zeros(shape, dtype=torch.bool, device=self.device)
         self._step = 0
         self._last_log: dict[str, Any] | None = None
+
+    def init_logging_writer(self) -> None:
+        """Open what curves go to: an event file that outlives a full disk, or a service."""
+        if self.log_dir is None or self.disable_logs or self.cfg.get("logger", "tensorboard") != "tensorboard":
+            super().init_logging_writer()
+        else:
+            self.writer = CurveWriter(self.log_dir)  # type: ignore[assignment]
 
     def _store_code_state(self) -> list[str]:
         return []

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -37,6 +38,7 @@ from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
 from .run_files import checkpoint_iteration, remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
+from .saving import CheckpointSaver
 from .time_outs import FINAL_OBS, PREVIOUS_OBS, gives_final_obs, providing_final_obs
 
 
@@ -161,18 +163,18 @@ class LiftLabRunner(OnPolicyRunner):
             raise ConfigError(f"agent.logger: {error}") from error
         total = self.current_learning_iteration + num_learning_iterations
         shown = progress if progress is not None else contextlib.nullcontext()
-        signals, stops = StopSignals(self.place), None
+        signals, stops, may_end = StopSignals(self.place), None, False
+        saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
         note = progress.note if progress is not None else None
         final_obs = providing_final_obs(env, getattr(self.alg, "needs_final_obs", False))
         with output.guarded(), signals.caught(note), shown, final_obs:
-            while self.current_learning_iteration < total and stops is None:
+            while self.current_learning_iteration < total and (stops is None or not may_end):
                 obs = self._iterate(obs, total, progress)
                 stops = signals.agree()
                 done = self.current_learning_iteration
                 if on_iteration is not None:
                     on_iteration(done)
-                if done % self.cfg["save_interval"] == 0 or done == total or stops is not None:
-                    self._save_checkpoint()
+                may_end = saver.after_iteration(done, total, stops)
         if self.logger.writer is not None:
             self.logger.stop_logging_writer()
             self.logger.writer.close()  # type: ignore[attr-defined]
@@ -292,20 +294,29 @@ class LiftLabRunner(OnPolicyRunner):
         """Find the report's success; write ``model_best.pt`` if there never was a better policy."""
         report.success = self._best.success(report.terms)
         self._best.smooth(report)
-        if self.log_dir is not None and self.place.is_main and self._best.is_new(report.iteration):
+        before = self._best.rank
+        if self.log_dir is None or not self.place.is_main or not self._best.is_new(report.iteration):
+            return
+        try:
             self.save(str(self.log_dir / BEST))
+        except FileError as error:
+            self._best.rank = before  # the next policy that is better than what is on the disk is written
+            print(f"warning: {error}; it is tried again with the next better policy", file=sys.stderr)
 
     # -- checkpoints
 
     def _save_checkpoint(self) -> None:
+        """Write model and state after the present iteration.
+
+        Raises:
+            FileError: one of them cannot be written. What can be is written all the same.
+        """
         if self.log_dir is None:
             return
-        done = self.current_learning_iteration
-        # The state first: after a kill in between it is litter, and the checkpoint before is continued exactly. On a
-        # full disk the model may still fit.
-        state_path, failure = self.log_dir / state_name(self.place, done), None
+        done, failure = self.current_learning_iteration, None
+        # The state first: after a kill in between it is litter, and the checkpoint before is continued exactly.
         try:
-            save_torch(state_path, self.resume_state())
+            save_torch(self.log_dir / state_name(self.place, done), self.resume_state())
         except FileError as error:
             failure = error
         distributed.check_equal(self._shared_tensors(), "the policy")

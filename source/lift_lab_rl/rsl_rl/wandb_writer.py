@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 import torch
 from rsl_rl.utils.log_writer import LogWriter
-from torch.utils.tensorboard import SummaryWriter
 
 from lift_lab.utils.dict import class_to_dict, replace_slices_with_strings
 from lift_lab.utils.errors import ConfigError, LiftLabError, MissingPackageError
+
+from .curve_files import CurveWriter
 
 INIT_TIMEOUT_S = 30.0
 """How long the start of a run waits for W&B's server; ``WANDB_INIT_TIMEOUT`` says otherwise."""
@@ -47,7 +48,7 @@ def require_logger(name: str) -> None:
         raise MissingPackageError("--logger wandb needs a package: pip install 'lift-lab[wandb]'")
 
 
-class WandbWriter(SummaryWriter, LogWriter):
+class WandbWriter(CurveWriter, LogWriter):
     """TensorBoard's writer that tells W&B too, in one message an iteration.
 
     W&B's own files are in the run's folder, unless ``WANDB_DIR`` names another; the other variables that W&B reads
@@ -85,7 +86,7 @@ class WandbWriter(SummaryWriter, LogWriter):
                 config={"log_dir": log_dir},
                 settings=self._wandb.Settings(**settings),
             )
-        super().__init__(log_dir, flush_secs=10)
+        super().__init__(log_dir)
 
     def add_scalar(
         self,

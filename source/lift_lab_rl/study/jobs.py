@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -161,17 +161,30 @@ def checkpoint_at(folder: Path, run_name: str, iteration: int) -> Path:
     return found[iteration]
 
 
-def newest_checkpoint(folder: Path, run_name: str) -> tuple[Path, int] | None:
-    """The checkpoint with most iterations among a run's pieces, and its iterations; None without one."""
+def newest_checkpoint(
+    folder: Path, run_name: str, accept: Callable[[Path], bool] = lambda _: True
+) -> tuple[Path, int] | None:
+    """The checkpoint with most iterations among a run's pieces, and its iterations; None without one.
+
+    Args:
+        folder: the study's.
+        run_name: name of the run.
+        accept: tells whether a file may be taken; if not, the one before is looked at.
+    """
     found = _checkpoints(folder, run_name)
-    iterations = max(found, default=None)
-    return None if iterations is None else (found[iterations], iterations)
+    return next(((found[n], n) for n in sorted(found, reverse=True) if accept(found[n])), None)
 
 
-def best_checkpoint(folder: Path, run_name: str) -> Path | None:
-    """A run's ``model_best.pt``, of its newest piece that has one; None without one."""
+def best_checkpoint(folder: Path, run_name: str, accept: Callable[[Path], bool] = lambda _: True) -> Path | None:
+    """A run's ``model_best.pt``, of its newest piece that has one; None without one.
+
+    Args:
+        folder: the study's.
+        run_name: name of the run.
+        accept: tells whether a file may be taken; if not, the one before is looked at.
+    """
     found = [piece / "model_best.pt" for piece in _pieces(folder, run_name) if (piece / "model_best.pt").is_file()]
-    return found[-1] if found else None
+    return next((path for path in reversed(found) if accept(path)), None)
 
 
 def _pieces(folder: Path, run_name: str) -> list[Path]:

@@ -149,6 +149,7 @@ def get_checkpoint_path(
     other_dirs: Sequence[str] | None = None,
     sort_alpha: bool = True,
     prefer: Callable[[Path], bool] | None = None,
+    accept: Callable[[Path], bool] | None = None,
 ) -> str:
     """Path of the newest checkpoint that matches (Isaac Lab's function of this name).
 
@@ -159,6 +160,7 @@ def get_checkpoint_path(
         other_dirs: folders between the run and the file.
         sort_alpha: whether runs are ordered by name; else by time of change.
         prefer: tells which runs come before the others, whatever their age; None for no such preference.
+        accept: tells whether a file that matches may be taken; if not, the one before is looked at. None takes all.
 
     Raises:
         FileError: nothing matches; names what there is.
@@ -174,12 +176,17 @@ def get_checkpoint_path(
         raise FileError(f"no run in '{folder}' matches '{run_dir}'; {suggest(run_dir, [run.name for run in runs])}")
     if prefer is not None:
         matching.sort(key=prefer)
+    refused = False
     for run in reversed(matching):
         place = run.joinpath(*(other_dirs or ()))
         names = [entry.name for entry in place.iterdir() if entry.is_file()] if place.is_dir() else []
         found = sorted((name for name in names if _matches(checkpoint, name)), key=_natural)
-        if found:
-            return str(place / found[-1])
+        for name in reversed(found):
+            if accept is None or accept(place / name):
+                return str(place / name)
+            refused = True
+    if refused:
+        raise FileError(f"every checkpoint in '{folder}' that matches '{checkpoint}' is damaged")
     # Beside runs there are folders without any checkpoint, such as that of a shipped policy's exports.
     places = [run.joinpath(*(other_dirs or ())) for run in matching]
     newest = next((place for place in reversed(places) if any(place.glob("model_*.pt"))), places[-1])

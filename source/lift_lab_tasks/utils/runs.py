@@ -7,6 +7,8 @@ import hashlib
 import json
 import random
 import re
+import shutil
+import sys
 import time
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -16,6 +18,7 @@ from typing import Any
 from lift_lab.utils import class_to_dict
 from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
+from lift_lab.utils.io import remove_dead_temporaries
 from lift_lab_rl.run_params import read_params
 
 from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
@@ -64,7 +67,7 @@ def new_run_dir(agent_cfg: Any) -> Path:
 def make_run_dir(parent: Path, *parts: str | None) -> Path:
     """Make a folder that is named by the time and by those of ``parts`` that are not empty.
 
-    Two runs that start at once get one each.
+    Two runs that start at once get one each. What killed processes left half-written in ``parent`` is removed.
 
     Raises:
         ConfigError: a name that is no part of a path.
@@ -75,6 +78,7 @@ def make_run_dir(parent: Path, *parts: str | None) -> Path:
         raise ConfigError(f"'{given}' cannot be part of a folder's name")
     name = time.strftime("%Y-%m-%d_%H-%M-%S") + (f"_{given}" if given else "")
     folder, number = parent.absolute() / name, 1
+    remove_dead_temporaries(parent)
     while True:
         try:
             folder.mkdir(parents=True)
@@ -87,9 +91,10 @@ def make_run_dir(parent: Path, *parts: str | None) -> Path:
 
 
 def discard_if_empty(folder: Path) -> None:
-    """Remove the folder of a run that wrote nothing."""
+    """Remove the folder of a run that wrote nothing but what it was to be made of."""
     with contextlib.suppress(OSError):
-        folder.rmdir()
+        if {entry.name for entry in folder.iterdir()} <= {"params"}:
+            shutil.rmtree(folder)
 
 
 def pretrained_name(task: str) -> str:
@@ -124,11 +129,17 @@ def output_dir(agent_cfg: Any, checkpoint: Path) -> Path:
 
 
 def find_checkpoint(
-    agent_cfg: Any, wanted: str | None, run: str | None = None, task: str | None = None, training: bool = False
+    agent_cfg: Any,
+    wanted: str | None,
+    run: str | None = None,
+    task: str | None = None,
+    training: bool = False,
+    say: Callable[[str], None] | None = None,
 ) -> Path:
     """The checkpoint that a user means.
 
-    Tasks may share an experiment: of its runs, those of ``task`` are looked at first, then the others.
+    Tasks may share an experiment: of its runs, those of ``task`` are looked at first, then the others. ``latest``,
+    ``best`` and a run's folder pass over damaged files.
 
     Args:
         agent_cfg: agent configuration, for the experiment's folder.
@@ -137,6 +148,7 @@ def find_checkpoint(
         run: regular expression of the run's folder name; None for all.
         task: id of the task; None if it does not matter.
         training: whether training is to go on, for which a pretrained policy will not do.
+        say: takes one line for each run with a damaged file; None for standard error.
 
     Raises:
         FileError: there is none; names the nearest.
@@ -148,10 +160,15 @@ def find_checkpoint(
         return find_pretrained(task)
     folder = experiment_dir(agent_cfg)
 
-    def newest(pattern: str) -> Path:
+    from lift_lab_rl.rsl_rl.run_files import Readable
+
+    readable = Readable(say if say is not None else lambda text: print(text, file=sys.stderr))
+
+    def newest(pattern: str, accept: Callable[[Path], bool] | None = readable.checkpoint) -> Path:
         own = None if task is None else pretrained_name(task)
-        prefer = None if own is None else lambda place: trained_task(place) == own
-        return Path(get_checkpoint_path(folder, run or ".*", pattern, prefer=prefer))
+        prefer = None if own is None else lambda place: readable.run(place) and trained_task(place) == own
+        take = None if accept is None else lambda path: readable.run(path.parent) and accept(path)
+        return Path(get_checkpoint_path(folder, run or ".*", pattern, prefer=prefer, accept=take))
 
     if wanted in (None, "", "latest"):
         return newest(CHECKPOINT)
@@ -162,7 +179,7 @@ def find_checkpoint(
         return path.absolute()
     if path.is_dir():
         folder = path.resolve()
-        return Path(get_checkpoint_path(folder.parent, re.escape(folder.name), CHECKPOINT))
+        return Path(get_checkpoint_path(folder.parent, re.escape(folder.name), CHECKPOINT, accept=readable.checkpoint))
     if path.parent != Path("."):
         near = path.parent
         while not near.is_dir():
@@ -171,7 +188,7 @@ def find_checkpoint(
         missing = path.relative_to(near).parts[0]
         raise FileError(f"no checkpoint '{wanted}': '{near}' has no '{missing}'; {suggest(missing, names)}")
     try:
-        return newest(wanted)
+        return newest(wanted, None)
     except FileError as error:
         meant = get_close_matches(wanted.lower(), _WORDS, n=1, cutoff=0.7)
         if not meant:

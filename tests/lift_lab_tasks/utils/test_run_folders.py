@@ -10,6 +10,12 @@ from lift_lab_tasks.utils import runs
 from lift_lab_tasks.utils.library_runs import find_model
 
 
+@pytest.fixture
+def any_content(monkeypatch):
+    """Takes empty files for checkpoints."""
+    monkeypatch.setattr("lift_lab_rl.rsl_rl.run_files.read_checkpoint", lambda _: {"iter": 1})
+
+
 def agent(name=""):
     return SimpleNamespace(experiment_name="lift", run_name=name)
 
@@ -28,6 +34,8 @@ def test_what_wrote_nothing_leaves_no_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     empty, used = runs.new_run_dir(agent("a")), runs.new_run_dir(agent("b"))
     (used / "model_1.pt").touch()
+    (empty / "params").mkdir()
+    (empty / "params" / "env.yaml").touch()
     runs.discard_if_empty(empty)
     runs.discard_if_empty(used)
     assert not empty.exists()
@@ -44,7 +52,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["2026-01-01_lr=1e-3+x", "2026-01-01_(a)"])
-def test_the_folder_of_a_run_is_a_path_and_no_expression(tmp_path, monkeypatch, name):
+def test_the_folder_of_a_run_is_a_path_and_no_expression(tmp_path, monkeypatch, any_content, name):
     (tmp_path / name).mkdir()
     (tmp_path / name / "model_3.pt").touch()
     assert runs.find_checkpoint(agent(), str(tmp_path / name)).parent.name == name
@@ -72,7 +80,7 @@ def of_task(folder, task, *files):
         (folder / name).touch()
 
 
-def test_of_tasks_that_share_an_experiment_each_finds_its_own_runs_first(tmp_path, monkeypatch):
+def test_of_tasks_that_share_an_experiment_each_finds_its_own_runs_first(tmp_path, monkeypatch, any_content):
     monkeypatch.chdir(tmp_path)
     folder = runs.experiment_dir(agent())
     of_task(folder / "2026-01-01", "Lift", "model_5.pt")

@@ -1,4 +1,5 @@
 """Reading and writing files."""
 
+from .atomic import remove_dead_temporaries, temporary_path, write_atomically
 from .torchscript import load_torchscript_model
 from .yaml import dump_yaml, load_yaml

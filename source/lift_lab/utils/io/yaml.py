@@ -16,6 +16,7 @@ import yaml
 
 from ..dict import class_to_dict, replace_slices_with_strings
 from ..errors import FileError
+from .atomic import write_atomically
 
 _TUPLE = "tag:yaml.org,2002:python/tuple"
 
@@ -33,20 +34,22 @@ def load_yaml(filename: str | Path) -> Any:
 
 
 def dump_yaml(filename: str | Path, data: dict | object, sort_keys: bool = False) -> None:
-    """Write a dictionary or configuration to a YAML file, making its folder.
+    """Write a dictionary or configuration to a YAML file, atomically, making its folder.
 
     Args:
         filename: path; ``.yaml`` is appended if it does not end in "yaml".
         data: dictionary or configuration.
         sort_keys: whether keys are sorted rather than kept in order.
+
+    Raises:
+        FileError: it cannot be written.
     """
     path = Path(filename)
     if not path.name.endswith("yaml"):
         path = path.with_name(path.name + ".yaml")
-    path.parent.mkdir(parents=True, exist_ok=True)
     plain = replace_slices_with_strings(class_to_dict(data))
-    with open(path, "w", encoding="utf-8") as file:
-        yaml.dump(plain, file, Dumper=_Dumper, default_flow_style=False, sort_keys=sort_keys)
+    text = yaml.dump(plain, Dumper=_Dumper, default_flow_style=False, sort_keys=sort_keys)
+    write_atomically(path, text.encode())
 
 
 class _Loader(yaml.SafeLoader):
