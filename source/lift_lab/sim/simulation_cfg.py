@@ -77,12 +77,13 @@ class MujocoCfg:
     ls_iterations: int = 20
     """Most line-search iterations a solver iteration."""
     tolerance: float | None = None
-    """Solver tolerance at which iterations end early."""
+    """Solver tolerance at which iterations end early. None: MuJoCo's 1e-8, and 1e-6 on the warp engine, whose float32
+    allows no less: a smaller value is an error there."""
     eulerdamp: bool = True
     """Whether the Euler integrator treats joint damping implicitly."""
     island: bool = True
     """Whether constraints that share no moving body are solved apart: faster where many bodies touch, slower where
-    all contacts belong to one group anyway."""
+    all contacts belong to one group anyway. The warp engine never does."""
     nconmax: int | None = None
     """Contacts an environment may have at once on the warp engine; None sizes it from the model."""
     njmax: int | None = None

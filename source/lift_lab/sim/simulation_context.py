@@ -16,6 +16,7 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
+from .engine_settings import check_engine_settings
 from .ignored import note_changed_fields
 from .physics import make_physics
 from .rendering import FrameRenderer, RenderView
@@ -99,7 +100,7 @@ class SimulationContext:
         """Hold the settings; nothing is compiled before :meth:`reset`.
 
         Raises:
-            ConfigError: the device does not exist.
+            ConfigError: the device does not exist, or the engine cannot honour a setting.
         """
         self.cfg = (cfg if cfg is not None else SimulationCfg()).copy()
         self._device = resolve_device(self.cfg.device)
@@ -107,6 +108,7 @@ class SimulationContext:
         self._physics: Physics | None = None
         self._renderer: FrameRenderer | None = None
         self._view = RenderView()
+        check_engine_settings(self.cfg, self._device)
         self._note_ignored()
         SimulationContext._current = self
 

@@ -373,6 +373,8 @@ class WarpPhysics(Physics):
         model.opt.disableflags &= ~_UNSUPPORTED_FLAGS
         try:
             on_device = mjw.put_model(model)
+            # what the engine raised it to (float32), so that the model tells what runs
+            self.model.opt.tolerance = max(self.model.opt.tolerance, float(f"{on_device.opt.tolerance.numpy()[0]:.7g}"))
             on_device.opt.warn_overflow = 0  # reported by health(), not printed by kernels
             return on_device, mjw.make_data(model, self.num_envs, nconmax=self.nconmax, njmax=self.njmax)
         except (NotImplementedError, ValueError) as error:
