@@ -54,7 +54,7 @@ def main() -> int:
         steps = args.steps or env.unwrapped.max_episode_length
         if args.video:
             env = film_playing(env, checkpoint.parent / "videos" / "play" / f"{checkpoint.stem}.mp4", steps)
-        agent, played, _ = build(Sb3VecEnvWrapper(env), agent_cfg, checkpoint, training=False)
+        agent, played, _ = build(Sb3VecEnvWrapper(env), agent_cfg, checkpoint, training=False, trust=args.trust)
         vec_env: Any = played
         print(f"policy: {checkpoint}")
         obs = vec_env.reset()

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import positive, training_parser
+from lift_lab.app.arguments import check_training_args, positive, training_parser
 
 LOGS = Path("logs") / "sb3"
 
@@ -22,7 +22,7 @@ def parse():
     parser.add_argument("--log_interval", type=positive, default=1, help="rollouts between two lines of the log")
     parser.add_argument("--save_interval", type=positive, default=1000, help="environment steps between two models")
     parser.add_argument("--keep_all_info", action="store_true", help="put the environment's log into the infos")
-    return parser.parse()
+    return check_training_args(parser, *parser.parse())
 
 
 def main() -> int:
@@ -33,12 +33,12 @@ def main() -> int:
 
     require_package("stable_baselines3")
     import gymnasium as gym
-    from stable_baselines3.common.callbacks import CheckpointCallback
     from stable_baselines3.common.logger import configure
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.library_files import read_sb3
     from lift_lab_rl.sb3 import LogCallback, Sb3VecEnvWrapper
-    from lift_lab_rl.sb3_runs import build, save
+    from lift_lab_rl.sb3_runs import SaveCallback, build, save
     from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
@@ -52,7 +52,10 @@ def main() -> int:
         agent_cfg["n_timesteps"] = args.max_iterations * agent_cfg["n_steps"] * env_cfg.scene.num_envs
     if args.video:
         require_video()
-    checkpoint = model_file(args.checkpoint) if args.checkpoint else None
+    checkpoint = None
+    if args.checkpoint:
+        checkpoint = model_file(args.checkpoint)
+        read_sb3(checkpoint, args.trust)  # what cannot be read is refused before anything is written
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
 
@@ -64,13 +67,12 @@ def main() -> int:
         print(env.unwrapped)
         env = film_training(env, args, run_dir)
         wrapped = Sb3VecEnvWrapper(env, fast_variant=not args.keep_all_info)
-        agent, vec_env, timesteps = build(wrapped, agent_cfg, checkpoint)
+        agent, vec_env, timesteps = build(wrapped, agent_cfg, checkpoint, trust=args.trust)
         write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
         print(f"{args.task}: {wrapped.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
         print(f"writing to {run_dir}", flush=True)
         agent.set_logger(configure(str(run_dir), ["stdout", "tensorboard"]))
-        saver = CheckpointCallback(args.save_interval, str(run_dir), "model", save_vecnormalize=True)
-        callbacks = [saver, LogCallback()]
+        callbacks = [SaveCallback(args.save_interval, run_dir), LogCallback()]
         ended = until_interrupted(partial(agent.learn, timesteps, callback=callbacks, log_interval=args.log_interval))
         save(agent, vec_env, run_dir / "model.zip")
         print(f"{ended} after {agent.num_timesteps} samples: {run_dir / 'model.zip'}")

@@ -33,6 +33,7 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
+    from lift_lab_rl.skrl_runs import load_agent
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
@@ -58,7 +59,7 @@ def main() -> int:
             env = film_playing(env, checkpoint.parents[1] / "videos" / "play" / f"{checkpoint.stem}.mp4", steps)
         wrapped = SkrlVecEnvWrapper(env)
         agent = Runner(wrapped, agent_cfg).agent
-        agent.load(str(checkpoint))
+        load_agent(agent, checkpoint, args.trust)
         agent.enable_training_mode(False, apply_to_models=True)
         print(f"policy: {checkpoint}")
         obs, _ = wrapped.reset()

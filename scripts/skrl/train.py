@@ -9,16 +9,18 @@ starts from the weights of an earlier agent.
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import training_parser
+from lift_lab.app.arguments import check_training_args, training_parser
 
 LOGS = Path("logs") / "skrl"
 
 
 def parse():
-    return training_parser(__doc__, "skrl").parse()
+    parser = training_parser(__doc__, "skrl")
+    return check_training_args(parser, *parser.parse())
 
 
 def main() -> int:
@@ -32,13 +34,15 @@ def main() -> int:
     from skrl.utils.runner.torch import Runner
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.library_files import read_skrl
     from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
+    from lift_lab_rl.skrl_runs import load_agent
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
-    from lift_lab_tasks.utils.runs import discard_if_empty, make_run_dir
+    from lift_lab_tasks.utils.runs import make_run_dir
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -47,7 +51,10 @@ def main() -> int:
     agent_cfg["trainer"]["close_environment_at_exit"] = False
     if args.video:
         require_video()
-    checkpoint = model_file(args.checkpoint) if args.checkpoint else None
+    checkpoint = None
+    if args.checkpoint:
+        checkpoint = model_file(args.checkpoint)
+        read_skrl(checkpoint, args.trust)  # what cannot be read is refused before anything is written
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
 
@@ -64,7 +71,7 @@ def main() -> int:
         env = film_training(env, args, run_dir)
         runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
         if checkpoint is not None:
-            runner.agent.load(str(checkpoint))
+            load_agent(runner.agent, checkpoint, args.trust)
         write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)
         inner = env.unwrapped
         print(f"{args.task}: {inner.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
@@ -78,7 +85,8 @@ def main() -> int:
     finally:
         if env is not None:
             env.close()
-        discard_if_empty(run_dir)
+        if not (run_dir / "params").is_dir():  # refused: skrl's agent has begun an event file
+            shutil.rmtree(run_dir)
         launcher.app.close()
     return 0
 

@@ -5,16 +5,22 @@ Needs the extra ``sb3``.
 
 from __future__ import annotations
 
+import copy
 import inspect
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from lift_lab.utils.errors import ConfigError, FileError, suggest
 
+from .files import save_torch
+from .library_files import read_sb3, read_states, refusal
 from .sb3 import Sb3VecEnvWrapper, process_sb3_cfg
 
 _NORMALISATION = ("normalize_input", "normalize_value", "clip_obs")
@@ -22,7 +28,11 @@ _NORMALISATION = ("normalize_input", "normalize_value", "clip_obs")
 
 
 def build(
-    env: Sb3VecEnvWrapper, cfg: dict[str, Any], checkpoint: Path | None = None, training: bool = True
+    env: Sb3VecEnvWrapper,
+    cfg: dict[str, Any],
+    checkpoint: Path | None = None,
+    training: bool = True,
+    trust: bool = False,
 ) -> tuple[PPO, VecEnv, int]:
     """An agent and the environment that it acts in.
 
@@ -31,14 +41,18 @@ def build(
         cfg: configuration, as in ``sb3_ppo_cfg.yaml``.
         checkpoint: model whose weights are taken; statistics beside it are taken too.
         training: whether the agent is to learn: statistics are updated and rewards normalised.
+        trust: whether to read a checkpoint's files that hold more than tensors and plain values, as older versions
+            wrote statistics. This runs code that is in them.
 
     Returns:
         The agent, the environment (inside VecNormalize if the configuration asks for it), and how many samples the
         configuration trains for.
 
     Raises:
-        FileError: observations are to be normalised, and the checkpoint's statistics are not there.
-        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know.
+        FileError: a file of the checkpoint is damaged or not trusted, or observations are to be normalised, and the
+            checkpoint's statistics are not there.
+        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know;
+            the checkpoint is of another library or of another agent.
     """
     if not training:  # whatever the number of environments, there is nothing to cut into parts
         cfg = {name: value for name, value in cfg.items() if name != "batch_size"} | {"n_minibatches": 1}
@@ -60,29 +74,136 @@ def build(
     settings.setdefault("device", env.sim_device)
     agent = PPO(policy, vec_env, **settings)
     if checkpoint is not None:
-        agent.set_parameters(str(checkpoint), device=agent.device)
-        stats = statistics_path(checkpoint)
-        if isinstance(vec_env, VecNormalize) and (vec_env.norm_obs or stats.is_file()):
-            if not stats.is_file():
-                raise FileError(
-                    f"'{checkpoint}' lacks its statistics of observations, '{stats}' (if it was trained without them: "
-                    "agent.normalize_input=false)"
-                )
-            loaded = VecNormalize.load(str(stats), env)
-            vec_env.obs_rms, vec_env.ret_rms = loaded.obs_rms, loaded.ret_rms
+        load_parameters(agent, checkpoint, trust)
+        if isinstance(vec_env, VecNormalize):
+            _load_statistics_of(checkpoint, vec_env, env, trust)
     return agent, vec_env, timesteps
 
 
-def save(agent: PPO, vec_env: VecEnv, path: Path) -> None:
+def load_parameters(agent: PPO, path: str | Path, trust: bool = False) -> None:
+    """Load networks and optimiser of a model, and nothing else; see :func:`~lift_lab_rl.library_files.read_sb3`.
+
+    Args:
+        agent: the agent that they are loaded into.
+        path: model that ``agent.save`` wrote.
+        trust: whether to read entries that hold more than tensors and plain values, which runs code that is in them.
+
+    Raises:
+        FileError: there is no such file, it is damaged, or it is not trusted.
+        ConfigError: the file is of another library or of another agent. The agent is as it was.
+    """
+    states: Any = read_sb3(path, trust, agent.device)
+    before: Any = copy.deepcopy(agent.get_parameters())
+    try:
+        agent.set_parameters(states, exact_match=True, device=agent.device)
+    except Exception as error:  # whatever a wrong state makes of it
+        agent.set_parameters(before, exact_match=True, device=agent.device)
+        reason = " ".join(str(error).split())[:200].rstrip(" .")
+        raise ConfigError(f"checkpoint '{path}' does not fit this agent: {reason}") from error
+
+
+# -- statistics of observations and returns
+
+
+def _load_statistics_of(checkpoint: Path, vec_env: VecNormalize, env: VecEnv, trust: bool) -> None:
+    path = statistics_path(checkpoint)
+    older = path.with_suffix(".pkl")
+    if path.is_file():
+        load_statistics(vec_env, path)
+    elif older.is_file():
+        if not trust:
+            raise FileError(refusal(str(older)))
+        loaded = VecNormalize.load(str(older), env)
+        vec_env.obs_rms, vec_env.ret_rms = loaded.obs_rms, loaded.ret_rms
+    elif vec_env.norm_obs:
+        raise FileError(
+            f"'{checkpoint}' lacks its statistics of observations, '{path}' (if it was trained without them: "
+            "agent.normalize_input=false)"
+        )
+
+
+def save(agent: PPO, vec_env: VecEnv | None, path: Path) -> None:
     """Write a model, and beside it the statistics of observations if there are any."""
     agent.save(path)
     if isinstance(vec_env, VecNormalize):
-        vec_env.save(str(statistics_path(path)))
+        save_statistics(vec_env, statistics_path(path))
+
+
+def save_statistics(vec_env: VecNormalize, path: str | Path) -> None:
+    """Write the running means and variances of observations and returns, as tensors.
+
+    Stable-Baselines3's own file is a pickle, which runs code when it is read.
+
+    Args:
+        vec_env: the environment that keeps them.
+        path: where to.
+    """
+    obs: Any = getattr(vec_env, "obs_rms", None) if vec_env.norm_obs else None
+    groups = obs if isinstance(obs, dict) else {} if obs is None else {"": obs}
+    content = {"observations": {name: _numbers(rms) for name, rms in groups.items()}}
+    save_torch(path, {**content, "returns": _numbers(vec_env.ret_rms)})
+
+
+def load_statistics(vec_env: VecNormalize, path: str | Path) -> None:
+    """Read a file of :func:`save_statistics`.
+
+    Args:
+        vec_env: the environment that takes them.
+        path: the file.
+
+    Raises:
+        FileError: there is no such file, or it is damaged.
+        ConfigError: it holds something else, or statistics of other observations.
+    """
+    content = read_states(path)
+    try:
+        found = {name: _statistics(numbers) for name, numbers in content["observations"].items()}
+        returns = _statistics(content["returns"])
+    except (KeyError, TypeError, AttributeError, ValueError, RuntimeError) as error:
+        raise ConfigError(f"'{path}' holds no statistics of observations") from error
+    if vec_env.norm_obs:
+        own: Any = vec_env.obs_rms
+        wanted = own if isinstance(own, dict) else {"": own}
+        shapes = [{name: rms.mean.shape for name, rms in group.items()} for group in (wanted, found)]
+        if shapes[0] != shapes[1]:
+            raise ConfigError(f"'{path}' is of other observations: expected shapes {shapes[0]}, got {shapes[1]}")
+        vec_env.obs_rms = found if isinstance(own, dict) else found[""]
+    vec_env.ret_rms = returns
+
+
+def _numbers(rms: RunningMeanStd) -> dict[str, Any]:
+    return {"mean": torch.as_tensor(rms.mean), "var": torch.as_tensor(rms.var), "count": float(rms.count)}
+
+
+def _statistics(numbers: dict[str, Any]) -> RunningMeanStd:
+    rms = RunningMeanStd(shape=tuple(numbers["mean"].shape))
+    rms.mean, rms.var, rms.count = numbers["mean"].numpy(), numbers["var"].numpy(), numbers["count"]
+    return rms
 
 
 def statistics_path(model: Path) -> Path:
-    """Where a model's observation statistics are: ``model_vecnormalize_8_steps.pkl`` for ``model_8_steps.zip``."""
-    return model.with_name(model.name.replace("model", "model_vecnormalize", 1)).with_suffix(".pkl")
+    """Where a model's observation statistics are: ``model_vecnormalize_8_steps.pt`` for ``model_8_steps.zip``."""
+    return model.with_name(model.name.replace("model", "model_vecnormalize", 1)).with_suffix(".pt")
+
+
+class SaveCallback(BaseCallback):
+    """Saves model and statistics at regular intervals: ``model_N_steps.zip`` after N samples."""
+
+    def __init__(self, save_freq: int, folder: str | Path):
+        """As Stable-Baselines3's ``CheckpointCallback``, but its file of statistics holds no pickle.
+
+        Args:
+            save_freq: environment steps between two models.
+            folder: where to.
+        """
+        super().__init__()
+        self._save_freq, self._folder = save_freq, Path(folder)
+
+    def _on_step(self) -> bool:
+        if self.n_calls % self._save_freq == 0:
+            path = self._folder / f"model_{self.num_timesteps}_steps.zip"
+            save(self.model, self.model.get_vec_normalize_env(), path)  # type: ignore[arg-type]
+        return True
 
 
 def _check(settings: dict[str, Any]) -> None:

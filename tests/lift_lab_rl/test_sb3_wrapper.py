@@ -7,10 +7,13 @@ import torch
 
 pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is not installed (the extra 'sb3')")
 
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError, FileError
+from lift_lab_rl.files import save_torch
 from lift_lab_rl.sb3 import Sb3VecEnvWrapper, process_sb3_cfg
-from lift_lab_rl.sb3_runs import build, save, statistics_path
+from lift_lab_rl.sb3_runs import build, load_parameters, load_statistics, save, save_statistics, statistics_path
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
 
 
@@ -211,7 +214,7 @@ def test_statistics_of_observations_are_saved_beside_the_model(make, tmp_path):
     agent.learn(2 * cfg["n_steps"] * env.num_envs)
     path = tmp_path / "model_96_steps.zip"
     save(agent, vec_env, path)
-    assert statistics_path(path).name == "model_vecnormalize_96_steps.pkl"
+    assert statistics_path(path).name == "model_vecnormalize_96_steps.pt"
     loaded, again, _ = build(env, cfg | {"n_minibatches": 7}, path, training=False)  # the parts are for learning
     np.testing.assert_array_equal(again.obs_rms.mean, vec_env.obs_rms.mean)
     obs = np.linspace(-1, 1, 72).reshape(2, 36)
@@ -221,6 +224,63 @@ def test_statistics_of_observations_are_saved_beside_the_model(make, tmp_path):
         second = loaded.predict(again.normalize_obs(raw), deterministic=True)[0]
         np.testing.assert_array_equal(first, second)
     statistics_path(path).unlink()
-    with pytest.raises(FileError, match=r"model_96_steps.zip' lacks .* '.*model_vecnormalize_96_steps.pkl'"):
+    with pytest.raises(FileError, match=r"model_96_steps.zip' lacks .* '.*model_vecnormalize_96_steps.pt'"):
         build(env, cfg, path, training=False)
     build(env, cfg | {"normalize_input": False}, path, training=False)
+
+    older = statistics_path(path).with_suffix(".pkl")  # as Stable-Baselines3 writes them
+    vec_env.save(str(older))
+    with pytest.raises(FileError, match=r"96_steps.pkl' holds pickled Python objects.*add --trust"):
+        build(env, cfg, path, training=False)
+    _, trusted, _ = build(env, cfg, path, training=False, trust=True)
+    np.testing.assert_array_equal(trusted.obs_rms.var, vec_env.obs_rms.var)
+
+
+def test_statistics_come_back_bit_by_bit_also_of_groups_that_are_dicts(make, tmp_path):
+    spaces = gym.spaces.Dict({name: gym.spaces.Box(-1, 1, (size,)) for name, size in (("a", 2), ("b", 3))})
+    env = DummyVecEnv([lambda: Dictionary(spaces)])
+    first, second, other = VecNormalize(env), VecNormalize(env), VecNormalize(make(1))
+    first.reset()
+    for _ in range(5):
+        first.step(np.zeros((1, 1), dtype=np.float32))
+    path = tmp_path / "model_vecnormalize.pt"
+    save_statistics(first, path)
+    load_statistics(second, path)
+    for name in ("a", "b"):
+        for part in ("mean", "var", "count"):
+            np.testing.assert_array_equal(getattr(second.obs_rms[name], part), getattr(first.obs_rms[name], part))
+    np.testing.assert_array_equal(second.ret_rms.var, first.ret_rms.var)
+    with pytest.raises(ConfigError, match="of other observations"):
+        load_statistics(other, path)
+    save_torch(path, {"observations": {}})
+    with pytest.raises(ConfigError, match="holds no statistics"):
+        load_statistics(second, path)
+
+
+class Dictionary(gym.Env):
+    """Random observations in a dict."""
+
+    action_space = gym.spaces.Box(-1, 1, (1,))
+
+    def __init__(self, spaces):
+        self.observation_space = spaces
+        spaces.seed(1)
+
+    def reset(self, *, seed=None, options=None):
+        return self.observation_space.sample(), {}
+
+    def step(self, action):
+        return self.observation_space.sample(), 1.0, False, False, {}
+
+
+def test_an_agent_that_a_file_does_not_fit_stays_as_it_is(make, tmp_path):
+    env, cfg = make(2), load_cfg_from_registry("Cartpole", "sb3_cfg_entry_point")
+    agent, vec_env, _ = build(env, cfg)
+    save(agent, vec_env, tmp_path / "model.zip")
+    other, _, _ = build(env, cfg | {"policy_kwargs": {"activation_fn": "nn.ELU", "net_arch": [16]}})
+    before = {name: value.clone() for name, value in other.policy.state_dict().items()}
+    with pytest.raises(ConfigError, match=r"model\.zip' does not fit this agent: Error") as caught:
+        load_parameters(other, tmp_path / "model.zip")
+    assert "\n" not in str(caught.value)
+    assert all(torch.equal(value, before[name]) for name, value in other.policy.state_dict().items())
+    load_parameters(agent, tmp_path / "model.zip")

@@ -14,6 +14,7 @@ from skrl.utils.runner.torch import Runner
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.skrl import SkrlVecEnvWrapper
+from lift_lab_rl.skrl_runs import load_agent
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
 
 
@@ -117,7 +118,7 @@ def test_the_cart_pole_is_learned_and_comes_back_from_its_file(make, tmp_path):
     assert after > 0.5  # at most 1: alive, upright and still
 
     loaded = Runner(env, copy.deepcopy(cfg)).agent
-    loaded.load(str(tmp_path / "agent.pt"))
+    load_agent(loaded, tmp_path / "agent.pt")
     assert mean_reward(loaded, env) == after
 
 
@@ -128,8 +129,32 @@ def test_the_lift_task_trains_with_normalised_observations(make, tmp_path):
     runner.run()
     assert any(not torch.equal(a, b) for a, b in zip(weights, runner.agent.policy.parameters(), strict=True))
     runner.agent.save(str(tmp_path / "agent.pt"))
-    saved = torch.load(tmp_path / "agent.pt", weights_only=False)
+    saved = torch.load(tmp_path / "agent.pt", weights_only=True)
     assert saved["observation_preprocessor"]["running_mean"].shape == (36,)
+
+
+def test_an_agent_that_a_file_does_not_fit_stays_as_it_is(make, tmp_path):
+    env, cfg = make(2), agent_cfg()
+    agent = Runner(env, cfg).agent
+    agent.save(str(tmp_path / "agent.pt"))
+    states = torch.load(tmp_path / "agent.pt", weights_only=True)
+    before = {name: value.clone() for name, value in agent.policy.state_dict().items()}
+    changed = copy.deepcopy(states)
+    first = next(name for name in changed["policy"] if name.endswith("weight"))
+    changed["policy"] = {name: value + 1.0 for name, value in changed["policy"].items()}
+    changed["value"] = {**changed["value"], first: torch.zeros(1, 1)}
+    without = {name: state for name, state in states.items() if name != "optimizer"}
+    for content, message in (
+        (changed, "does not fit this agent: Error"),
+        ({**states, "other": {}}, "this agent lacks 'other'"),
+        ({**without, "optimizer": {}}, "does not fit this agent"),
+        ({name: state for name, state in states.items() if name != "value"}, "the file lacks 'value'"),
+    ):
+        torch.save(content, tmp_path / "agent.pt")
+        with pytest.raises(ConfigError, match=message) as caught:
+            load_agent(agent, tmp_path / "agent.pt")
+        assert "\n" not in str(caught.value)
+        assert all(torch.equal(value, before[name]) for name, value in agent.policy.state_dict().items())
 
 
 # -- time limits

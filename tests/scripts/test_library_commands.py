@@ -1,8 +1,10 @@
 """The scripts for skrl and Stable-Baselines3 train, play and answer mistakes as rsl_rl's do."""
 
 import importlib.util
+import io
 import runpy
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -116,6 +118,41 @@ def test_a_mistake_is_answered_in_one_line(script, place, library, args, message
     assert err.startswith("error: ")
     assert message in err
     assert err.count("\n") == 1
+    assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize("library", [pytest.param("sb3", marks=needs_sb3), pytest.param("skrl", marks=needs_skrl)])
+@pytest.mark.parametrize("command", ["train", "play"])
+def test_files_of_another_library_and_files_that_run_code_are_refused_in_one_line(script, place, library, command):
+    torch.save({"actor_state_dict": {}, "iter": 1}, place / "model_1.pt")
+    status, _, err = script(f"{library}/{command}.py", *SMALL, "--checkpoint", place / "model_1.pt")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "is a checkpoint of rsl_rl, not of" in err
+    name, content = "agent_1.pt", {"policy": print, "optimizer": {}}
+    if library == "sb3":
+        name, buffer = "model_1.zip", io.BytesIO()
+        torch.save(content, buffer)
+        with zipfile.ZipFile(place / name, "w") as archive:
+            archive.writestr("data", "{}")
+            archive.writestr("policy.pth", buffer.getvalue())
+    else:
+        torch.save(content, place / name)
+    status, _, err = script(f"{library}/{command}.py", *SMALL, "--checkpoint", place / name)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "holds pickled Python objects (builtins.print): reading it runs code" in err
+    status, _, err = script(f"{library}/{command}.py", *SMALL, "--checkpoint", place / name, "--trust")
+    assert status == 2
+    assert err.splitlines()[-1].startswith("error: ")  # skrl tells of the seed
+    assert "does not fit this agent" in err
+    assert {path.name for path in place.iterdir() if path.is_file()} == {"model_1.pt", name}
+    assert not [path for path in place.rglob("*") if path.parent.name == "Cartpole"]  # no run
+
+
+@pytest.mark.parametrize("library", [pytest.param("sb3", marks=needs_sb3), pytest.param("skrl", marks=needs_skrl)])
+def test_trust_without_a_checkpoint_is_refused(script, place, library):
+    status, _, err = script(f"{library}/train.py", *SMALL, "--trust")
+    assert status == 2
+    assert "add --checkpoint" in err
     assert list(place.iterdir()) == []
 
 

@@ -44,6 +44,15 @@ def training_parser(description: str | None, library: str) -> Parser:
     return parser
 
 
+def check_training_args(
+    parser: Parser, args: argparse.Namespace, overrides: list[str]
+) -> tuple[argparse.Namespace, list[str]]:
+    """Return the flags and overrides of :func:`training_parser`'s parser, or end with one line where they disagree."""
+    if args.trust and args.checkpoint is None:
+        parser.error("--trust says how a checkpoint is read: add --checkpoint")
+    return args, overrides
+
+
 def playing_parser(description: str | None, library: str, model: str, numbered: str) -> Parser:
     """A parser with the flags of the script that plays what :func:`training_parser`'s trained.
 
@@ -63,7 +72,11 @@ def playing_parser(description: str | None, library: str, model: str, numbered: 
 
 
 def _library_parser(description: str | None, library: str) -> Parser:
-    return task_parser(description, f"{library}_cfg_entry_point", f"logs/{library} (default: the task's id)")
+    parser = task_parser(description, f"{library}_cfg_entry_point", f"logs/{library} (default: the task's id)")
+    parser.add_argument(
+        "--trust", action="store_true", help="read a checkpoint that holds pickled objects: this runs code in the file"
+    )
+    return parser
 
 
 def add_training_video_args(parser: argparse.ArgumentParser) -> None:

@@ -30,6 +30,8 @@ class Output:
         self._name = name
         self.problem: str | None = None
         """Why text is not written any more; None while it is."""
+        self.is_in_use = True
+        """Whether the script still runs; a logger may keep a stream for longer."""
 
     def write(self, text: str) -> int:
         """Write text, or forget it; returns its length."""
@@ -67,7 +69,8 @@ class Output:
         if self.problem is None:
             self.problem = f"{self._name} is lost ({getattr(error, 'strerror', None) or error})"
             self._lead_nowhere()
-            endings.hang_up()
+            if self.is_in_use:
+                endings.hang_up()
 
     def _lead_nowhere(self) -> None:
         null = os.open(os.devnull, os.O_WRONLY)
@@ -94,6 +97,7 @@ def guarded() -> Iterator[tuple[Output, Output]]:
     finally:
         for stream in streams:
             stream.flush()
+            stream.is_in_use = False
         sys.stdout, sys.stderr = before
 
 

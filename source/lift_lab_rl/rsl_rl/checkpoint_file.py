@@ -15,6 +15,7 @@ from torch import nn
 
 from lift_lab.utils.errors import ConfigError, quote
 from lift_lab_rl.files import load_torch
+from lift_lab_rl.library_files import RSL_RL, refuse_other_library
 
 _NETWORKS = ("actor_state_dict", "critic_state_dict", "rnd_state_dict", "actor_average_state_dict")
 """Entries of a checkpoint that hold the parameters of a network."""
@@ -39,9 +40,12 @@ def read_checkpoint(path: str | Path, map_location: str | None = "cpu") -> dict[
 
     Raises:
         FileError: there is no such file, it is damaged, or it is no torch file.
-        ConfigError: it is no checkpoint of a training, an entry is of the wrong type, or a number is not finite.
+        ConfigError: it is no checkpoint of a training or one of another library, an entry is of the wrong type, or a
+            number is not finite.
     """
+    refuse_other_library(path, RSL_RL)
     content = load_torch(path, map_location)
+    refuse_other_library(path, RSL_RL, content)
     if not isinstance(content, dict) or "iter" not in content:
         raise ConfigError(f"'{path}' is no checkpoint of a training: it {_described(content)} (take a model_*.pt)")
     try:
