@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import numpy as np
@@ -32,6 +32,8 @@ Values = torch.Tensor | np.ndarray | Sequence[float] | float
 
 class AssetBase(Entity):
     """A spawned thing. This class itself serves static ones, which have a place and no state."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"spawned"})
 
     def __init__(self, cfg: AssetBaseCfg):
         """Hold the config; the scene spawns the asset with :meth:`spawn_into`."""

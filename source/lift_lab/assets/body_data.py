@@ -7,7 +7,7 @@ frame (`_w`) includes the environment's origin.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import torch
 
@@ -41,7 +41,13 @@ def cached(compute: Callable[[Any], torch.Tensor]) -> property:
 class AssetData(EntityData):
     """State of an asset, kept until the engine moves on."""
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_cache"})
+
     _cache: dict[str, torch.Tensor]
+
+    def on_state_loaded(self) -> None:
+        """Forget what was computed before a saved state was loaded."""
+        self._cache.clear()
 
     def invalidate(self) -> None:
         """Forget cached values: the engine's state has changed."""
@@ -54,6 +60,8 @@ class AssetData(EntityData):
 
 class BodyData(AssetData):
     """Poses and velocities of an asset's root and bodies."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_kept", "_kept_is_aligned", "_origins_version"})
 
     def __init__(
         self,
@@ -88,6 +96,7 @@ class BodyData(AssetData):
         self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
         self._kept_is_aligned = False
         self._origins_version = version_of(env_origins_w)
+        self._origins_may_differ = self._origins_version is None  # from those at construction
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
         self.default_mass = torch.tensor(model.body_mass[body_ids], dtype=torch.float32, device=device).repeat(
@@ -143,7 +152,14 @@ class BodyData(AssetData):
 
     def _origins_moved(self) -> bool:
         """Whether the environments' origins may have been changed."""
-        return self._origins_version is None or self._origins_version != version_of(self._origins_w)
+        if not self._origins_may_differ and self._origins_version != version_of(self._origins_w):
+            self._origins_may_differ = True
+        return self._origins_may_differ
+
+    def on_state_loaded(self) -> None:
+        super().on_state_loaded()
+        self._kept.clear()
+        self._origins_version = version_of(self._origins_w)
 
     # -- root pose
 

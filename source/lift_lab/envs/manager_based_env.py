@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -43,6 +43,8 @@ class ManagerBasedEnv:
     One environment step is ``cfg.decimation`` physics steps. Where nothing has to be computed between them, the
     engine takes them in one call.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"extras", "render_mode", "metadata"})
 
     cfg: ManagerBasedEnvCfg
     """The config."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Any
+from typing import Any, ClassVar
 
 from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
 from lift_lab.scene import InteractiveSceneCfg
@@ -24,6 +24,8 @@ class DefaultEventManagerCfg:
 @configclass
 class ManagerBasedEnvCfg:
     """Config of :class:`ManagerBasedEnv`."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"viewer", "log_dir"})
 
     viewer: ViewerCfg = ViewerCfg()
     """Camera of rendered frames."""

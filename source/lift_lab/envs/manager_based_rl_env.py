@@ -36,6 +36,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         "autoreset_mode": gym.vector.AutoresetMode.SAME_STEP,
     }
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"wants_final_obs"})
+
     cfg: ManagerBasedRLEnvCfg
 
     common_step_counter: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -22,6 +22,8 @@ class CommandTerm(DebugVisTerm, ABC):
 
     Source: Isaac Lab's ``CommandTerm``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"log_counts"})
 
     cfg: CommandTermCfg
     """The term's config."""

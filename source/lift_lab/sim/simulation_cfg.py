@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import configclass
 
@@ -93,6 +93,8 @@ class MujocoCfg:
 @configclass
 class SimulationCfg:
     """Configuration of the simulation, with Isaac Lab's names; :attr:`mujoco` and :attr:`physics` are ours."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"num_threads"})
 
     physics_prim_path: str = "/physicsScene"
     """Isaac Lab's prim path of the physics scene. A label here."""

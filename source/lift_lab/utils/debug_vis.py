@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 
 class DebugVis:
@@ -11,6 +11,8 @@ class DebugVis:
     Sub-classes override :meth:`_set_debug_vis_impl` and :meth:`_debug_vis_callback`. Markers are made when a
     viewer asks for the first frame, so that training without one never makes them.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_debug_vis"})
 
     cfg: Any
     _debug_vis: bool | None = None

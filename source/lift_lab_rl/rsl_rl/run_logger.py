@@ -172,8 +172,18 @@ class RunLogger(Logger):
             "total_time_s": self.tot_time,
         }
 
+    def forget_episodes(self) -> None:
+        """Drop the last episodes, the running ones and the steps of a rollout that was broken off."""
+        self.rewbuffer.clear()
+        self.lenbuffer.clear()
+        self.cur_reward_sum.zero_()
+        self.cur_episode_length.zero_()
+        self.ep_extras.clear()
+        self._step = 0
+
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Write a state of :meth:`state_dict` back."""
+        self.forget_episodes()
         self.rewbuffer.extend(state["returns"])
         self.lenbuffer.extend(state["lengths"])
         self.cur_reward_sum.copy_(state["reward_sum"])

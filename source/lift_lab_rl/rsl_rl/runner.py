@@ -23,10 +23,10 @@ from rsl_rl.utils import resolve_callable
 from lift_lab.app import output
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl import distributed
-from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.counters import counters, load_counters, manager_env
-from lift_lab_rl.files import canonical, load_torch, save_torch, write_atomically
+from lift_lab_rl.files import canonical, save_torch
 from lift_lab_rl.nonfinite import NonFiniteError
+from lift_lab_rl.settings import Settings
 from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
@@ -36,7 +36,8 @@ from .finite import FiniteGuard
 from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
 from .ppo import PiecewisePPO
 from .progress import IterationReport, Progress
-from .run_files import checkpoint_iteration, remove_old_states, state_name, trained_with
+from .resume import load_resume_state, resume_state
+from .run_files import remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
 from .saving import CheckpointSaver
 from .time_outs import FINAL_OBS, PREVIOUS_OBS, gives_final_obs, providing_final_obs
@@ -50,6 +51,8 @@ class LiftLabRunner(OnPolicyRunner):
         total_steps: steps of environments, of all processes and all runs that this one continues; None before the
             first iteration.
         continues_exactly: whether the episodes of a checkpoint go on.
+        has_stepped: whether the environment was stepped by this runner.
+        noted_unsaved: whether a warning named what cannot be saved.
         stopped_by: number of the signal that ended the last :meth:`learn` early; None if none did.
     """
 
@@ -61,7 +64,7 @@ class LiftLabRunner(OnPolicyRunner):
         train_cfg: dict[str, Any],
         log_dir: str | Path | None = None,
         device: str = "cpu",
-        fingerprint: str = "",
+        fingerprint: str | Settings = "",
         place: distributed.Place | None = None,
     ):
         """Build algorithm and logger.
@@ -71,14 +74,19 @@ class LiftLabRunner(OnPolicyRunner):
             train_cfg: what :func:`~lift_lab_rl.rsl_rl.translate.to_rsl_rl` returns.
             log_dir: folder of the run; None writes nothing.
             device: device of the learner.
-            fingerprint: tells whether a saved environment state is of this configuration.
+            fingerprint: tells whether a saved environment state is of this configuration: a text that has to be the
+                same, or the settings.
             place: this process's place among those of the running :func:`~lift_lab_rl.distributed.group`; None alone.
         """
         self.env = env
         self.cfg = train_cfg
         self.device = device
         self.place = place if place is not None else distributed.Place()
-        self.fingerprint = fingerprint + (f"/{self.place.world_size}" if self.place.is_distributed else "")
+        self.fingerprint = fingerprint
+        if self.place.is_distributed:
+            size = self.place.world_size
+            same = isinstance(fingerprint, str)
+            self.fingerprint = f"{fingerprint}/{size}" if same else fingerprint.with_value("processes", size)
         self.log_dir = None if log_dir is None else Path(log_dir)
         if torch.device(device).type == "cpu":
             use_one_torch_thread()
@@ -105,7 +113,7 @@ class LiftLabRunner(OnPolicyRunner):
         )
         self.current_learning_iteration = 0
         self.total_steps: int | None = None
-        self.continues_exactly = False
+        self.continues_exactly = self.has_stepped = self.noted_unsaved = False
         self.stopped_by: int | None = None
         self._best = BestPolicy(self.cfg.get("success_metric"))
         self._guard = (
@@ -186,6 +194,7 @@ class LiftLabRunner(OnPolicyRunner):
         """One rollout and one update; returns the observations that the next rollout starts from."""
         start = time.perf_counter()
         same_device = torch.device(self.env.device) == torch.device(self.device)
+        self.has_stepped = True
         with torch.inference_mode():
             for _ in range(self.cfg["num_steps_per_env"]):
                 actions = self.alg.act(obs)
@@ -347,24 +356,7 @@ class LiftLabRunner(OnPolicyRunner):
 
     def resume_state(self) -> dict[str, Any]:
         """Everything besides the model that the next iteration depends on."""
-        env, returns = manager_env(self.env), self._curious_returns()
-        return {
-            "iteration": self.current_learning_iteration,
-            "fingerprint": self.fingerprint,
-            "env": None if env is None else env_state(env),
-            "obs": {key: value.detach().cpu().clone() for key, value in self.env.get_observations().items()},
-            "total_steps": self.total_steps,
-            "logger": self.logger.state_dict(),
-            "rng": rng_state(),
-            "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in self._networks()],
-            **({} if returns is None else {"curious_returns": _copied_to(returns.avg, "cpu")}),
-            **self._best.state_dict(),
-        }
-
-    def _curious_returns(self) -> Any:
-        """What holds the discounted rewards by which curiosity is scaled; None without such a scale."""
-        rnd: Any = self.alg.rnd
-        return getattr(rnd.reward_normalizer, "disc_avg", None) if rnd else None
+        return resume_state(self)
 
     def _networks(self) -> list[Any]:
         alg: Any = self.alg
@@ -444,71 +436,14 @@ class LiftLabRunner(OnPolicyRunner):
     def load_resume_state(self, checkpoint: str | Path) -> str:
         """Continue the very episodes that ran when ``checkpoint`` was written, if their state is beside it.
 
-        Call after :meth:`load`.
+        Call after :meth:`load`, in a new process or in the one that trained. A setting that is newer than the saved
+        run may have its default value; every other difference of the configurations means fresh episodes, as does a
+        state that is missing, damaged or of something else.
+
+        Args:
+            checkpoint: the file that was loaded.
 
         Returns:
             What was done, in words for the user.
         """
-        path = Path(checkpoint).with_name(state_name(self.place, self.current_learning_iteration))
-        state, problem = self._read_state(path)
-        self.total_steps = state.get("total_steps")
-        # All processes continue, or none does.
-        problem = distributed.first_problem(problem)
-        if problem is not None:
-            return f"{problem}: starting fresh episodes"
-        env = manager_env(self.env)
-        try:
-            if env is not None:
-                load_env_state(env, state["env"])
-        except (StateMismatchError, ConfigError) as error:
-            problem = str(error)
-        problem = distributed.first_problem(problem)
-        if problem is not None:
-            self.env.reset()  # type: ignore[attr-defined]
-            return f"{problem}: starting fresh episodes"
-        restore = getattr(self.env, "restore_observations", None)
-        if restore is not None:
-            restore({key: value.to(self.env.device) for key, value in state["obs"].items()})
-        self.logger.load_state_dict(state["logger"])
-        for network, memory in zip(self._networks(), state.get("memory", ()), strict=False):
-            if memory is not None:
-                network.reset(hidden_state=_copied_to(memory, self.device))
-        returns = self._curious_returns()
-        if returns is not None:
-            returns.avg = _copied_to(state.get("curious_returns"), self.device)
-        self._best.load_state_dict(state)
-        self._adopt_best(Path(checkpoint).with_name(BEST))
-        load_rng_state(state["rng"])
-        self.continues_exactly = True
-        return f"continuing the episodes of iteration {self.current_learning_iteration}"
-
-    def _read_state(self, path: Path) -> tuple[dict[str, Any], str | None]:
-        """A process's state, and why it cannot be continued from (None if it can)."""
-        if not path.is_file():
-            return {}, f"no {path.name} beside the checkpoint"
-        try:
-            state = load_torch(path, map_location="cpu")
-        except FileError as error:
-            return {}, str(error)
-        same = state["fingerprint"] == self.fingerprint
-        return state, None if same else "the configuration differs from the saved run's"
-
-    def _adopt_best(self, path: Path) -> None:
-        """Copy the best policy of the run that is continued; without that file there is none to beat."""
-        if self._best.rank is None or self.log_dir is None or not self.place.is_main:
-            return
-        try:
-            known = checkpoint_iteration(path) <= self.current_learning_iteration
-        except (FileError, ConfigError):
-            known = False
-        if known:
-            write_atomically(self.log_dir / path.name, path.read_bytes())
-        else:
-            self._best.rank = None
-
-
-def _copied_to(memory: Any, device: str) -> Any:
-    """A recurrent network's memory (None, a tensor, or a tuple of tensors), copied to a device."""
-    if isinstance(memory, (tuple, list)):
-        return tuple(_copied_to(part, device) for part in memory)
-    return None if memory is None else memory.detach().to(device, copy=True)
+        return load_resume_state(self, checkpoint)

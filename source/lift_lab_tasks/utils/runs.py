@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import json
 import random
 import re
 import shutil
@@ -15,11 +13,11 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from lift_lab.utils import class_to_dict
 from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
 from lift_lab.utils.io import remove_dead_temporaries
 from lift_lab_rl.run_params import read_params
+from lift_lab_rl.settings import Settings
 
 from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
 
@@ -44,7 +42,7 @@ _NO_MATTER = {
         *("run_name", "experiment_name", "logger", "wandb_project", "neptune_project"),
         *("num_threads", "success_metric", "check_for_nan"),
     },
-    "env": {"viewer", "log_dir"},
+    "env": {"viewer", "log_dir", "sim.num_threads"},
 }
 """Settings in which a continued run may differ from the one it continues."""
 
@@ -343,12 +341,7 @@ def apply_flags(
         agent_cfg.device = env_cfg.sim.device
 
 
-def fingerprint(env_cfg: Any, agent_cfg: Any) -> str:
-    """Digest of everything in the configurations that a result depends on."""
-    plain = {"env": class_to_dict(env_cfg), "agent": class_to_dict(agent_cfg)}
-    for part, names in _NO_MATTER.items():
-        for name in names:
-            plain[part].pop(name, None)
-    plain["env"]["sim"].pop("num_threads", None)
-    text = json.dumps(plain, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
+def fingerprint(env_cfg: Any, agent_cfg: Any) -> Settings:
+    """Everything in the configurations that a result depends on."""
+    leave_out = [f"{part}.{name}" for part, names in _NO_MATTER.items() for name in names]
+    return Settings.of({"env": env_cfg, "agent": agent_cfg}, leave_out)

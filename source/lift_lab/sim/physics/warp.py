@@ -140,6 +140,7 @@ class WarpPhysics(Physics):
         self._reset_mask_torch = wp.to_torch(self._reset_mask)
         self._latched = latched
         self._nonfinite, self._overflow = (wp.to_torch(flags) for flags in latched)
+        self._overflow_bits = wp.to_torch(self._d.overflow)  # what the engine has counted since the last look
         self._fields: dict[str, torch.Tensor] = {}
         self._stages: dict[str, Stage] = {}
         self._plan = _Plan()

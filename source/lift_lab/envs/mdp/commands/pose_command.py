@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -28,6 +28,8 @@ class UniformPoseCommand(CommandTerm):
     the last step. They are computed at every step, so they are kept cheap: the commanded pose in the world changes
     only with the command where the robot's base is fixed, and the angle follows from the distance of the quaternions.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_placed"})
 
     cfg: UniformPoseCommandCfg
 
@@ -131,6 +133,10 @@ class UniformPoseCommand(CommandTerm):
         data = self.robot.data
         self.goal_pose_visualizer.visualize(self.pose_command_w[:, :3], self.pose_command_w[:, 3:])
         self.current_pose_visualizer.visualize(data.body_pos_w[:, self.body_idx], data.body_quat_w[:, self.body_idx])
+
+    def on_state_loaded(self) -> None:
+        """Put the commands of a saved state into the world."""
+        self._placed = None
 
     def _place_commands(self) -> None:
         """Bring :attr:`pose_command_w` up to date where the robot moves or somebody wrote a command."""

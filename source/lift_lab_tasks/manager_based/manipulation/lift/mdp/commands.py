@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -33,6 +33,8 @@ class ObjectPoseCommand(UniformPoseCommand):
       joint velocities of one environment step to the next.
     """
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_cache"})
+
     cfg: ObjectPoseCommandCfg
 
     def __init__(self, cfg: ObjectPoseCommandCfg, env: ManagerBasedRLEnv):
@@ -50,6 +52,11 @@ class ObjectPoseCommand(UniformPoseCommand):
         self._practice_share, self._practice_spread_m = 0.0, 0.0
         self._practised = torch.zeros(self.num_envs, dtype=torch.bool, device=self.device)
         self._succeeded_ids: torch.Tensor | None = None
+
+    def on_state_loaded(self) -> None:
+        """Forget what was computed before a saved state was loaded."""
+        super().on_state_loaded()
+        self._cache = None
 
     def practise(self, goals_b: torch.Tensor, missed: torch.Tensor, share: float, spread_m: float) -> None:
         """Let a share of the coming goals be near one of these.
