@@ -269,7 +269,9 @@ def author_cartpole(layer: Sdf.Layer) -> None:
         link = Link(1.0, box.xyz, author.box_inertia(1.0, box.size))
         author.define_link(stage, f"/Cartpole/{name}", link, (frames[name], np.eye(3)))
         UsdGeom.Xform.Define(stage, f"/Cartpole/{name}/visuals")
-        author.define_box(stage, f"/Cartpole/{name}/visuals/{name}_visual", box, colors[name])
+        shape = author.define_box(stage, f"/Cartpole/{name}/visuals/{name}_visual", box, colors[name])
+        # Switched off: nothing touches the cart-pole, and the file says that this is meant.
+        UsdPhysics.CollisionAPI.Apply(shape.GetPrim()).CreateCollisionEnabledAttr(False)
     author.define_fixed_joint(stage, "/Cartpole/root_joint", "", "/Cartpole/slider", (np.zeros(3), np.eye(3)))
     rail = ("slider_to_cart", "prismatic", "slider", "cart", "Y", (-4.0, 4.0))
     hinge = ("cart_to_pole", "revolute", "cart", "pole", "X", None)

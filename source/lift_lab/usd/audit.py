@@ -8,12 +8,12 @@ import re
 from functools import cache
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd
 
 from lift_lab.usd import dialects
 from lift_lab.usd.deformable import BODY_SCHEMA, MATERIAL_SCHEMA
-from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
-from lift_lab.usd.parse import ParsedStage, applied_schemas, has_schema, value_of
+from lift_lab.usd.misplaced import missing_schema, unknown_schemas, unknown_tokens, unknown_type
+from lift_lab.usd.parse import ParsedStage, applied_schemas, value_of
 from lift_lab.usd.report import UsdImportError
 from lift_lab.usd.stage import has_time_samples
 
@@ -112,7 +112,6 @@ _IGNORED = {
     "physxCollision:*": "no counterpart in MuJoCo",
 }
 
-_KINDS = ("MjcActuator", "MjcTendon", "MjcKeyframe", NEWTON_ACTUATOR)
 _OTHER_BODIES = re.compile(r"Deformable|Particle|Cloth|Vehicle|Character|Force|SurfaceVelocity|Trigger")
 """Schemas of things that are simulated by other engines only; soft bodies are :mod:`lift_lab.usd.deformable`'s."""
 
@@ -186,64 +185,48 @@ def _numbers(value: object) -> np.ndarray:
 
 
 def audit_support(parsed: ParsedStage) -> None:
-    """Report every authored physics property that the importer does not read."""
+    """Report every authored physics property that the importer does not read, or that has no effect where it is."""
     animated = has_time_samples(parsed.stage)
     for prim in parsed.prims:
-        inherited = parsed.inherited.get(str(prim.GetPath()))
-        for prop in prim.GetAuthoredProperties():
-            name = prop.GetName()
-            if inherited and name in inherited.attributes:
-                continue  # what there is to say about it is said of the prim that authors it
-            if (
-                animated
-                and _is_checked(name)
-                and any(spec.layer.ListTimeSamplesForPath(spec.path) for spec in prop.GetPropertyStack())
-            ):
-                parsed.report.approximate(prim.GetPath(), name, "animated: the value at the start is taken throughout")
-            if not _PHYSICS.match(name):
-                continue
-            if _is_read(name):
-                missing = _missing_schema(prim, name)
-                if missing:
-                    parsed.report.ignore(prim.GetPath(), name, f"{missing} is not applied to the prim")
-                continue
-            reason, tuning = _reason(name)
-            if _is_zero(prim, name):
-                continue
-            parsed.report.ignore(prim.GetPath(), name, reason, tuning)
-        kind = str(prim.GetTypeName())
-        if re.match(r"^(Physx|Newton|Mjc)", kind) and kind not in _KINDS:
-            parsed.report.ignore(prim.GetPath(), kind, "a vendor's prim type that is not read")
+        path = prim.GetPath()
+        properties = prim.GetAuthoredProperties()
+        kind = unknown_type(prim, any(_PHYSICS.match(prop.GetName()) for prop in properties))
+        if kind:
+            parsed.report.ignore(path, str(prim.GetTypeName()), kind)
+        for schema, reason in unknown_schemas(prim):
+            parsed.report.ignore(path, schema, reason)
+        for prop in properties:
+            _audit_property(parsed, prim, prop, animated, bool(kind))
         for schema in applied_schemas(prim):
             if _OTHER_BODIES.search(schema) and schema not in (BODY_SCHEMA, MATERIAL_SCHEMA):
-                parsed.report.ignore(prim.GetPath(), schema, "not simulated here")
+                parsed.report.ignore(path, schema, "not simulated here")
     for joint in parsed.joints.values():
         if joint.kind == "custom":
             parsed.report.ignore(joint.path, "", "a joint of a vendor's type")
-        for schema in applied_schemas(joint.prim):
-            token = schema.removeprefix("PhysicsDriveAPI:")
-            if token != schema and token not in _DRIVEN.get(joint.kind, ()):
-                reason = f"a {joint.kind} joint has no drive of this name"
-                parsed.report.ignore(joint.path, f"drive:{token}", reason)
+        for name, reason in unknown_tokens(joint.prim, joint.kind):
+            parsed.report.ignore(joint.path, name, reason)
 
 
-_DRIVEN: dict[str, tuple[str, ...]] = {
-    "revolute": ("angular",),
-    "prismatic": ("linear",),
-    "d6": ("transX", "transY", "transZ", "rotX", "rotY", "rotZ"),
-}
-"""Instances of DriveAPI that a joint of each kind takes."""
-_MASS = re.compile(r"^physics:(mass|density|centerOfMass|diagonalInertia|principalAxes)$")
+def _audit_property(parsed: ParsedStage, prim: Usd.Prim, prop: Usd.Property, animated: bool, covered: bool) -> None:
+    """Report one property; `covered` if the prim's type, which keeps its physics from being read, is reported."""
+    report, path, name = parsed.report, prim.GetPath(), prop.GetName()
+    inherited = parsed.inherited.get(str(path))
+    if inherited and name in inherited.attributes:
+        return  # what there is to say about it is said of the prim that authors it
+    if animated and _is_checked(name) and _is_animated(prop):
+        report.approximate(path, name, "animated: the value at the start is taken throughout")
+    if covered or not _PHYSICS.match(name):
+        return
+    if _is_read(name):
+        missing = missing_schema(prim, name)
+        if missing:
+            report.ignore(path, name, missing)
+    elif not _is_zero(prim, name):
+        report.ignore(path, name, *_reason(name))
 
 
-def _missing_schema(prim: Usd.Prim, name: str) -> str:
-    """The schema without which usd-core does not read an attribute, where the prim lacks it; else empty."""
-    if _MASS.match(name) and prim.IsA(UsdGeom.Imageable) and not has_schema(prim, "PhysicsMassAPI"):
-        return "PhysicsMassAPI"
-    kind, _, rest = name.partition(":")
-    if kind == "drive" and f"PhysicsDriveAPI:{rest.partition(':')[0]}" not in applied_schemas(prim):
-        return f"PhysicsDriveAPI:{rest.partition(':')[0]}"
-    return ""
+def _is_animated(prop: Usd.Property) -> bool:
+    return any(spec.layer.ListTimeSamplesForPath(spec.path) for spec in prop.GetPropertyStack())
 
 
 def _is_zero(prim: Usd.Prim, name: str) -> bool:

@@ -23,7 +23,7 @@ from lift_lab.usd.options import set_scene_options
 from lift_lab.usd.order import fill_orders
 from lift_lab.usd.parse import ParsedStage
 from lift_lab.usd.report import OptionSource
-from lift_lab.usd.tree import Forest, Link, build_forest
+from lift_lab.usd.tree import Forest, Link, build_forest, without_collider
 from lift_lab.usd.units import Pose
 from lift_lab.usd.visuals import add_visuals
 
@@ -64,6 +64,9 @@ class Builder:
         """Gravity, and the options of the first physics scene."""
         units = self.parsed.units
         gravity = np.array([0.0, 0.0, -_EARTH])
+        for path in list(self.parsed.scenes)[1:]:
+            reason = f"one physics scene per model: <{next(iter(self.parsed.scenes))}> holds"
+            self.parsed.report.ignore(path, "", reason)
         for path, desc in list(self.parsed.scenes.items())[:1]:
             prim = self.parsed.prim(path)
             # Seven digits undo float32: 9.81 as authored, not 9.8100004.
@@ -184,6 +187,7 @@ class Builder:
         """Names in model order, then in the others."""
         report = self.parsed.report
         stack = list(reversed(self.spec.worldbody.bodies))
+        report.without_collider = [self.bodies[path][0].name for path in without_collider(self.parsed, self.forest)]
         report.root_bodies = [body.name for body in self.spec.worldbody.bodies]
         while stack:
             body = stack.pop()

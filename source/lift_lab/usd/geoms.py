@@ -106,13 +106,13 @@ def add_colliders(
             appearance.apply(prim, geom)
             collider.geoms.append(geom)
         colliders.append(collider)
-    owners = {inherited.owner for inherited in parsed.inherited.values()}
     for prim in parsed.prims:
         path = str(prim.GetPath())
-        if has_schema(prim, "PhysicsCollisionAPI") and path not in parsed.shapes and path not in owners:
-            where = "on" if prim.IsA(UsdGeom.Gprim) else "below"
-            reason = f"there is no collision shape {where} a {prim.GetTypeName() or 'prim without type'}"
-            parsed.report.ignore(path, "PhysicsCollisionAPI", reason)
+        if has_schema(prim, "PhysicsCollisionAPI") and path not in parsed.shapes:
+            if prim.IsA(UsdGeom.Gprim):
+                parsed.report.ignore(path, "PhysicsCollisionAPI", f"usd-core has no shape of a {prim.GetTypeName()}")
+            elif not any(shape.startswith(f"{path}/") for shape in parsed.shapes):
+                parsed.report.ignore(path, "PhysicsCollisionAPI", "there is no collision shape below the prim")
     return colliders
 
 

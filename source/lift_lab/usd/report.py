@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -12,6 +13,13 @@ from lift_lab.utils.errors import LiftLabError
 
 if TYPE_CHECKING:
     from lift_lab.usd.deformable import SoftBody
+
+
+_NUMBERS = re.compile(r"-?\d[\d.e+-]*|<[^>]*>")
+"""Numbers and prims in a reason: notes that differ in them alone are of one kind."""
+_AXIS = re.compile(r":((rot|trans)?[XYZ]|angular|linear)\b")
+_MOST_NAMED = 8
+"""Most bodies that one line names."""
 
 
 class UsdImportError(LiftLabError, ValueError):
@@ -94,6 +102,9 @@ class ImportReport:
     """Solver options that the stage does not set and that were set as scenes have them, with their values."""
     contact_classes: int = 0
     """Classes of colliders with contact rules of their own; each has a bit of contype, from bit 1 on."""
+    without_collider: list[str] = field(default_factory=list)
+    """Bodies that move and that nothing can touch: no collider on them or on a body welded to them, not even one that
+    is switched off. Frames without any shape in an articulation with colliders do not count."""
     ignored: list[Note] = field(default_factory=list)
     """Authored content that has no effect on the model."""
     approximated: list[Note] = field(default_factory=list)
@@ -105,14 +116,41 @@ class ImportReport:
         """Record authored content that has no effect."""
         self.ignored.append(Note(str(prim_path), attribute, reason, tuning))
 
-    def approximate(self, prim_path: object, attribute: str, reason: str) -> None:
+    def approximate(self, prim_path: object, attribute: str, reason: str, tuning: bool = False) -> None:
         """Record content that is carried over inexactly."""
-        self.approximated.append(Note(str(prim_path), attribute, reason))
+        self.approximated.append(Note(str(prim_path), attribute, reason, tuning))
 
     def took(self, quantity: str, dialect: str) -> None:
         """Count one value of `quantity` read from `dialect`."""
         counts = self.dialects.setdefault(quantity, {})
         counts[dialect] = counts.get(dialect, 0) + 1
+
+    def summary(self, ignored: bool = True) -> list[str]:
+        """One line for each kind of physical loss, with how many prims it concerns and the first of them.
+
+        Args:
+            ignored: Whether authored content without effect counts too, or only what the model has inexactly.
+        """
+        lines = []
+        for verb, notes in (("ignored", self.ignored if ignored else []), ("approximated", self.approximated)):
+            kinds: dict[tuple[str, str], list[Note]] = {}
+            for note in notes:
+                if not note.tuning:
+                    kind = (_AXIS.sub(":*", note.attribute), _NUMBERS.sub("", note.reason))
+                    kinds.setdefault(kind, []).append(note)
+            for (attribute, _), same in kinds.items():
+                attribute = same[0].attribute if len({note.attribute for note in same}) == 1 else attribute
+                paths = list(dict.fromkeys(note.prim_path for note in same))
+                where = f"<{paths[0]}>" if len(paths) == 1 else f"{len(paths)} prims, the first <{paths[0]}>"
+                lines.append(f"{verb} {attribute or 'prim'} on {where}: {same[0].reason}")
+        if self.without_collider:
+            number = len(self.without_collider)
+            names = ", ".join(self.without_collider[:_MOST_NAMED])
+            names += f" and {number - _MOST_NAMED} more" if number > _MOST_NAMED else ""
+            bodies = "rigid body" if number == 1 else f"{number} rigid bodies"
+            meant = "a collider that is switched off (collision_enabled=False) says that this is meant"
+            lines.append(f"{bodies} without a collider, which nothing can touch and no ground holds: {names}; {meant}")
+        return lines
 
     def table(self) -> Table:
         """Render the report; notes that differ only in their prim are folded into one row."""
@@ -127,6 +165,8 @@ class ImportReport:
         if self.assumed_options:
             values = ", ".join(f"{name} {value}" for name, value in self.assumed_options.items())
             table.add_row("set", "options", values, "as scenes set them; the stage does not")
+        if self.without_collider:
+            table.add_row("read", f"{len(self.without_collider)} without collider", ", ".join(self.without_collider))
         for kind, notes in (("approximated", self.approximated), ("ignored", self.ignored)):
             groups = Counter((note.attribute, note.reason) for note in notes)
             first = {(n.attribute, n.reason): n.prim_path for n in reversed(notes)}

@@ -9,6 +9,9 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass, field
 
+from pxr import Usd, UsdGeom
+
+from lift_lab.usd.dialects import SITE_SCHEMAS
 from lift_lab.usd.parse import Joint, ParsedStage, applied_schemas, has_schema, targets_of
 from lift_lab.usd.units import Pose
 
@@ -151,6 +154,36 @@ class _Growth:
         for parent, found in grown.items():
             children = [link for _, _, link in sorted(found, key=lambda item: item[:2])]
             (self.links[parent].children if parent else self.roots).extend(children)
+
+
+def without_collider(parsed: ParsedStage, forest: Forest) -> list[str]:
+    """Paths of the bodies that move and that nothing can touch (:attr:`ImportReport.without_collider`)."""
+    held = {parsed.body_of(parsed.prim(path)) for path in parsed.shapes}
+    candidates = [link for link in forest.links.values() if _moves(link) and not held & _rigid_group(link)]
+    if not candidates:
+        return []
+    shown = {parsed.body_of(prim) for prim in parsed.prims if prim.IsA(UsdGeom.Gprim) and not _is_site(prim)}
+    return [
+        link.path for link in candidates if shown & _rigid_group(link) or not held & set(forest.component(link.path))
+    ]
+
+
+def _moves(link: Link) -> bool:
+    return link.free or link.mocap or any(edge.joint.kind != "fixed" for edge in link.edges)
+
+
+def _rigid_group(link: Link) -> set[str | None]:
+    """A body and those that are welded to it, away from the root."""
+    stack, found = [link], set()
+    while stack:
+        link = stack.pop()
+        found.add(link.path)
+        stack += [child for child in link.children if not _moves(child)]
+    return found
+
+
+def _is_site(prim: Usd.Prim) -> bool:
+    return any(has_schema(prim, name) for name in SITE_SCHEMAS)
 
 
 def _wanted(parsed: ParsedStage) -> set[str]:

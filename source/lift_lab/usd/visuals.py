@@ -120,7 +120,7 @@ def _add_camera(parsed: ParsedStage, names: Names, prim: Usd.Prim, home_of: Call
     # Both look along -Z with +Y up.
     element = home.body.add_camera(name=names.of("camera", path), pos=pose.position, quat=pose.quat)
     if camera.projection == type(camera).Orthographic:
-        parsed.report.approximate(path, "projection", "an orthographic camera becomes a perspective one")
+        parsed.report.approximate(path, "projection", "an orthographic camera becomes a perspective one", True)
     if camera.focalLength > 0 and camera.verticalAperture > 0:
         element.fovy = math.degrees(2 * math.atan(0.5 * camera.verticalAperture / camera.focalLength))
 
@@ -141,4 +141,4 @@ def _add_light(parsed: ParsedStage, names: Names, prim: Usd.Prim, home_of: Calla
     distant = prim.IsA(UsdLux.DistantLight)
     kinds = mujoco.mjtLightType
     light.type = kinds.mjLIGHT_DIRECTIONAL if distant else kinds.mjLIGHT_POINT
-    parsed.report.approximate(path, "inputs:intensity", "intensity and size of a light are not carried over")
+    parsed.report.approximate(path, "inputs:intensity", "intensity and size of a light are not carried over", True)

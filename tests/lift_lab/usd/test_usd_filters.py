@@ -201,6 +201,7 @@ def test_a_filter_outlasts_the_self_collision_switch(heap):
     assert _touching(spec.compile()) == _pairs("XD")
 
 
+@pytest.mark.filterwarnings("ignore:Attach conflict")
 def test_rules_of_one_asset_do_not_hold_for_another(heap):
     import mujoco
 

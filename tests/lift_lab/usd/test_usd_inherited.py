@@ -256,9 +256,19 @@ def test_a_prim_without_shapes_below_is_reported_and_strict_refuses_it(author, n
     a.body("/Robot/link")
     UsdGeom.Xform.Define(a.stage, "/Robot/link/empty")
     _collision(a, "/Robot/link/empty")
-    assert "no collision shape below a Xform" in notes(a.load()[1], "/Robot/link/empty")[0][0]
+    assert "no collision shape below the prim" in notes(a.load()[1], "/Robot/link/empty")[0][0]
     with pytest.raises(UsdImportError, match=r"</Robot/link/empty>\.PhysicsCollisionAPI"):
         a.load(strict=True)
+
+
+def test_a_prim_above_colliders_of_their_own_loses_nothing(author):
+    a = author()
+    a.body("/Robot/link")
+    a.gprim("/Robot/link/box", "Cube", size=0.2)
+    _collision(a, "/Robot/link")
+    model, report = a.load(strict=True)
+    assert _colliders(model) == ["box"]
+    assert report.ignored == []
 
 
 def test_a_joint_to_a_static_prim_spares_the_shapes_below_it(layout):

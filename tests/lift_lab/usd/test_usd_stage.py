@@ -258,6 +258,7 @@ def test_an_infinite_position_is_an_error(author):
         a.load()
 
 
+@pytest.mark.filterwarnings("ignore:Attach conflict")
 def test_models_made_from_the_same_file_attach_side_by_side(author):
     """The scene attaches specs with a prefix: names, excludes, equalities and actuators follow."""
     import mujoco

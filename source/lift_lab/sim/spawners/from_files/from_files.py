@@ -12,6 +12,7 @@ from lift_lab.utils.errors import ConfigError
 
 from ...ignored import note_ignored
 from ..appearance import apply_appearance
+from ..import_notes import log_import
 from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
 
@@ -34,6 +35,7 @@ def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
     if variants is not None and not isinstance(variants, dict):
         variants = {k: v for k, v in vars(variants).items() if not k.startswith("_")}
     spec, report = usd.load(resolve_usd_path(cfg.usd_path), variants=variants, scale=cfg.scale)
+    log_import(prim_path, report)
     if cfg.semantic_tags:
         note_ignored(f"{prim_path}.semantic_tags", "there are no semantic images")
     apply_appearance(spec, cfg)

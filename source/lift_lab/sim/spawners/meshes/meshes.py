@@ -10,6 +10,7 @@ from lift_lab import usd
 from lift_lab.usd.deformable import BODY_SCHEMA, MATERIAL_SCHEMA
 from lift_lab.utils.errors import ConfigError
 
+from ..import_notes import log_import
 from ..materials import DeformableBodyMaterialCfg
 from ..shapes import spawn_cuboid
 from ..spawner_cfg import Spawned
@@ -55,7 +56,9 @@ def spawn_mesh_cuboid(prim_path: str, cfg: MeshCuboidCfg) -> Spawned:
         UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(mass)
     if material is not None:
         _bind(stage, prim, f"/{name}/{cfg.physics_material_path.lstrip('/')}", material)
-    return Spawned(*usd.load(stage))
+    spec, report = usd.load(stage)
+    log_import(prim_path, report)
+    return Spawned(spec, report)
 
 
 def _bind(stage: Usd.Stage, prim: Usd.Prim, path: str, cfg: DeformableBodyMaterialCfg) -> None:

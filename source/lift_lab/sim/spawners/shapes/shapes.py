@@ -9,6 +9,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 from lift_lab import usd
 
 from ..appearance import apply_appearance
+from ..import_notes import log_import
 from ..materials import RigidBodyMaterialCfg
 from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
@@ -46,6 +47,7 @@ def _spawn(prim_path: str, cfg: ShapeCfg, gprim: Any, attributes: dict[str, Any]
             binding = UsdShade.MaterialBindingAPI.Apply(shape.GetPrim())
             binding.Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
     spec, report = usd.load(stage)
+    log_import(prim_path, report, ignored=False)
     apply_appearance(spec, cfg)
     return Spawned(spec, report)
 
