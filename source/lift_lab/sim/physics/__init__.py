@@ -12,7 +12,8 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .base import DERIVED_FIELDS, RANDOMIZABLE_FIELDS, STATE_FIELDS, Health, Physics, Stage
+from .base import DERIVED_FIELDS, STATE_FIELDS, Health, Physics, Stage
+from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS
 
 PHYSICS_KINDS = ("native", "warp")
 """The engines there are."""

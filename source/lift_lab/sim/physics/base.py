@@ -19,6 +19,8 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
 
+from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS, check_model_fields, words
+
 
 class Stage(IntEnum):
     """How much of the forward dynamics a field needs; the values are MuJoCo's `mjtStage`."""
@@ -33,11 +35,7 @@ class Stage(IntEnum):
     """Depends on forces: after step() it belongs to the last substep; forward() makes it current."""
 
 
-def _words(*lines: str) -> tuple[str, ...]:
-    return tuple(" ".join(lines).split())
-
-
-STATE_FIELDS = _words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat")
+STATE_FIELDS = words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat")
 """Fields that write() takes. `xfrc_applied` is (force, torque) at a body's centre of mass, world frame."""
 
 _MOVING_FIELDS = frozenset(("qpos", "qvel", "mocap_pos", "mocap_quat"))
@@ -46,30 +44,30 @@ _MOVING_FIELDS = frozenset(("qpos", "qvel", "mocap_pos", "mocap_quat"))
 MAX_VALUE = 1e10
 """MuJoCo's bound (mjMAXVAL) on healthy positions, velocities and accelerations."""
 
-FRAME_FIELDS = _words("xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat")
+FRAME_FIELDS = words("xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat")
 """Fields that follow from joint positions, mocap poses and :data:`FRAME_MODEL_FIELDS` alone."""
 
-FRAME_MODEL_FIELDS = _words(
+FRAME_MODEL_FIELDS = words(
     "qpos0 body_pos body_quat body_ipos body_iquat jnt_pos jnt_axis geom_pos geom_quat site_pos site_quat"
 )
 """Model fields that :data:`FRAME_FIELDS` depend on."""
 
-MOTION_FIELDS = _words("subtree_com cdof cinert cvel cdof_dot")
+MOTION_FIELDS = words("subtree_com cdof cinert cvel cdof_dot")
 """Fields that follow from joint positions and velocities, mocap poses, :data:`FRAME_MODEL_FIELDS` and
 :data:`MOTION_MODEL_FIELDS` alone."""
 
-MOTION_MODEL_FIELDS = _words("body_mass body_inertia")
+MOTION_MODEL_FIELDS = words("body_mass body_inertia")
 """Model fields that :data:`MOTION_FIELDS` depend on and :data:`FRAME_FIELDS` do not."""
 
 _POS_FIELDS = (
     *FRAME_FIELDS,
-    *_words("cam_xpos cam_xmat subtree_com cdof cinert ten_length actuator_length"),
+    *words("cam_xpos cam_xmat subtree_com cdof cinert ten_length actuator_length"),
 )
-_VEL_FIELDS = _words(
+_VEL_FIELDS = words(
     "cvel cdof_dot ten_velocity actuator_velocity qfrc_bias qfrc_passive qfrc_gravcomp",
     "subtree_linvel subtree_angmom",
 )
-_ACC_FIELDS = _words(
+_ACC_FIELDS = words(
     "qacc act_dot actuator_force qfrc_actuator qfrc_smooth qfrc_constraint",
     "cacc cfrc_int cfrc_ext",
 )
@@ -96,17 +94,6 @@ _NEEDS_SENSOR: dict[str, tuple[mujoco.mjtSensor, ...]] = {
     **dict.fromkeys(("cacc", "cfrc_int", "cfrc_ext"), _ACCELERATION_SENSORS),
 }
 """Fields that MuJoCo computes only when the model has one of these sensors."""
-
-RANDOMIZABLE_FIELDS = _words(
-    "body_mass body_inertia body_ipos body_iquat body_pos body_quat body_gravcomp",
-    "jnt_pos jnt_axis jnt_range jnt_margin jnt_stiffness jnt_solref jnt_solimp jnt_actfrcrange",
-    "dof_armature dof_damping dof_frictionloss dof_solref dof_solimp",
-    "geom_pos geom_quat geom_friction geom_solref geom_solimp geom_solmix geom_margin geom_gap geom_rgba",
-    "site_pos site_quat cam_pos cam_quat cam_fovy",
-    "actuator_gainprm actuator_biasprm actuator_dynprm actuator_gear actuator_ctrlrange actuator_forcerange",
-    "eq_data eq_solref eq_solimp flex_friction qpos0 qpos_spring opt.gravity",
-)
-"""Model fields that may differ between environments: numbers, never structure (counts, ids, types, sizes)."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -163,6 +150,7 @@ class Physics(ABC):
         self._gravity_may_differ = False
         self._stale: list[torch.Tensor | Sequence[int] | None] = []  # environments moved since kinematics were current
         self._acceleration: torch.Tensor | None = None
+        self._inputs: dict[str, tuple[torch.Tensor, int]] = {}  # CONSTANT_INPUTS in use, as of the constants
 
     @abstractmethod
     def field(self, name: str) -> torch.Tensor:
@@ -224,17 +212,29 @@ class Physics(ABC):
     def randomizable(self, name: str) -> torch.Tensor:
         """The per-environment values of a model field, (num_envs, *shape), to write into.
 
-        Floating point, in the engine's own precision. After writing a field that others derive from (masses,
-        inertias, armatures, frames, qpos0) call :meth:`recompute_constants`. Leave alone the frames of what
-        is fixed to the world: the warp engine reads them only once.
+        Floating point, in the engine's own precision. What follows from a field in :data:`CONSTANT_INPUTS` is computed
+        at the next step(), refresh() or forward() after a write. Writes that torch does not see (into a numpy array
+        on the same memory, by a kernel) need a call of :meth:`recompute_constants`.
 
         Raises:
             NotFoundError: not in `RANDOMIZABLE_FIELDS`.
         """
 
-    @abstractmethod
     def recompute_constants(self) -> None:
-        """Derive the model's constants from the randomised fields again, as `mj_setConst`."""
+        """Derive the model's constants from the randomised fields, as `mj_setConst`.
+
+        Raises:
+            ConfigError: a field has values that the compiled model cannot have, see
+                :func:`~lift_lab.sim.physics.model_fields.check_model_fields`.
+        """
+        inputs = {name: (field, field._version) for name, (field, _) in self._inputs.items()}
+        check_model_fields(self.model, {name: field for name, (field, _) in inputs.items()})
+        self._set_constants()
+        self._inputs = inputs
+
+    @abstractmethod
+    def _set_constants(self) -> None:
+        """Run the engine's own `mj_setConst` for all environments."""
 
     @abstractmethod
     def health(self) -> Health:
@@ -310,6 +310,19 @@ class Physics(ABC):
         return torch.einsum("bv,nvk->nbk", self._moving_dofs, of_dofs)
 
     # -- shared by the engines
+
+    def _hand_out(self, name: str, field: torch.Tensor) -> torch.Tensor:
+        """Return a model field, and take note of it where constants follow from it."""
+        if name in CONSTANT_INPUTS and name not in self._inputs:
+            self._inputs[name] = (field, field._version)
+        return field
+
+    def _follow_model(self) -> None:
+        """Recompute the constants if a field that they follow from was written since they were computed."""
+        for field, version in self._inputs.values():
+            if field._version != version:
+                self.recompute_constants()
+                return
 
     def _moved(self, name: str, env_ids: torch.Tensor | Sequence[int] | None) -> None:
         """Take note that a field of some environments was written."""

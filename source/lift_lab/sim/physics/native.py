@@ -117,6 +117,7 @@ class NativePhysics(Physics):
         self._forces_unchecked = False  # whether accelerations were computed outside of step(), which checks them
         self._unharmed = Health(*(torch.zeros(num_envs, dtype=torch.bool) for _ in range(2)), none_failed=True)
         self._model_of_env: mujoco.MjModel | None = None
+        self._model_fields: dict[str, torch.Tensor] = {}
         self._warnings = self._batch.warning[:, :, 1]  # how often each was given
         self._last_ids: tuple[torch.Tensor | None, np.ndarray] = (None, np.zeros(0, int))
         self._silence_warnings(slice(None))
@@ -194,6 +195,7 @@ class NativePhysics(Physics):
         if num_substeps < 1:
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
         self._looked = False
+        self._follow_model()
         if self._acceleration is None:
             self._call(lambda: self._batch.step(nstep=num_substeps, stage=int(self._stage)))
         else:
@@ -235,6 +237,7 @@ class NativePhysics(Physics):
 
     def _compute(self, ids: np.ndarray | None, stage: Stage) -> None:
         """Run the stages up to `stage` at the current state."""
+        self._follow_model()
         frames = self._frames
         if frames is not None:
             self._call(lambda: frames.follow(ids))
@@ -276,9 +279,12 @@ class NativePhysics(Physics):
         moving = name in MOTION_MODEL_FIELDS and not self._mirrors.keys().isdisjoint(MOTION_FIELDS)
         if name in FRAME_MODEL_FIELDS or moving:
             self._leave_frames_to_the_batch()
-        return torch.from_numpy(self._batch.expand(name))
+        if name not in self._model_fields:
+            with torch.inference_mode(False):  # so that torch counts what is written into it
+                self._model_fields[name] = torch.from_numpy(self._batch.expand(name))
+        return self._hand_out(name, self._model_fields[name])
 
-    def recompute_constants(self) -> None:
+    def _set_constants(self) -> None:
         try:
             self._batch.set_const()
         except SimulationError as error:
@@ -298,6 +304,7 @@ class NativePhysics(Physics):
         return report
 
     def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
+        self._follow_model()
         data = self._batch.get_data(env_id, data)
         self._model_of_env = self._batch.get_model(env_id, self._model_of_env)
         silence(data)

@@ -34,8 +34,9 @@ from .base import (
     sensor_stages,
     silence,
 )
+from .model_fields import fixed_geoms, words
 from .sizing import estimate_sizes
-from .warp_kernels import find_failures, keep_columns, say_when_compiling, zero_rows
+from .warp_kernels import find_failures, keep_columns, place_fixed_geoms, say_when_compiling, zero_rows
 
 _LOG = logging.getLogger(__name__)
 
@@ -55,16 +56,14 @@ _OVERFLOWS = int(
 _UNSUPPORTED_FLAGS = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET | mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
 """Flags that the engine does not know and does not need: it never resets itself and has no midphase."""
 
-_DERIVED_CONSTANTS = (
-    "body_subtreemass",
-    "body_invweight0",
-    "dof_invweight0",
-    "tendon_invweight0",
-    "tendon_length0",
-    "actuator_acc0",
-    "eq_data",
+_DERIVED_CONSTANTS = words(
+    "body_subtreemass body_invweight0 dof_invweight0 tendon_invweight0 tendon_length0 actuator_acc0 eq_data",
+    "cam_pos0 cam_poscom0 cam_mat0 light_pos0 light_poscom0 light_dir0",
 )
 """Model fields that recompute_constants() writes."""
+
+_DERIVED_FROM_SIZE = ("geom_aabb", "geom_rbound")
+"""Model fields that recompute_constants() writes too where `geom_size` differs between environments."""
 
 _COLLISION_SENSORS = (
     mujoco.mjtSensor.mjSENS_CONTACT,
@@ -137,6 +136,7 @@ class WarpPhysics(Physics):
             self._qvel_before = wp.empty_like(self._d.qvel)
             stages = sensor_stages(self.model)
             self._force_sensors = wp.array([s == Stage.ACC for s in stages], dtype=bool)
+            self._fixed_geoms = wp.array(fixed_geoms(self.model), dtype=int)
         self._reset_mask_torch = wp.to_torch(self._reset_mask)
         self._latched = latched
         self._nonfinite, self._overflow = (wp.to_torch(flags) for flags in latched)
@@ -203,6 +203,7 @@ class WarpPhysics(Physics):
     def step(self, num_substeps: int = 1) -> None:
         if num_substeps < 1:
             raise ConfigError(f"num_substeps must be at least 1, got {num_substeps}")
+        self._follow_model()
 
         def substeps() -> None:
             for i in range(num_substeps):
@@ -226,11 +227,13 @@ class WarpPhysics(Physics):
                 self._acceleration.masked_fill_(wp.to_torch(self._failed)[:, None], 0.0)
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._follow_model()
         self._run(("refresh", self._plan), self._refresh_kernels)
         self._caught_up(None)
         self._checked = self._checked and not self._plan.collision
 
     def forward(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
+        self._follow_model()
         self._run("forward", lambda: mjw.forward(self._m, self._d))
         self._caught_up(None)
         self._checked = False
@@ -306,19 +309,30 @@ class WarpPhysics(Physics):
 
     def randomizable(self, name: str) -> torch.Tensor:
         self._check_randomizable(name)
-        return self._expand(name)
+        return self._hand_out(name, self._expand(name))
 
-    def recompute_constants(self) -> None:
-        for name in _DERIVED_CONSTANTS:
+    def _set_constants(self) -> None:
+        for name in (*_DERIVED_CONSTANTS, *(_DERIVED_FROM_SIZE if "geom_size" in self._randomized else ())):
             if getattr(self._m, name).size:
                 self._expand(name)
         # hundreds of small kernels: a graph, once they are compiled
         if self._constants_compiled:
-            self._run("constants", lambda: mjw.set_const(self._m, self._d))
+            self._run("constants", self._constants_kernels)
         else:
             with self._on_torch_stream(), say_when_compiling(self._wp_device):
-                mjw.set_const(self._m, self._d)
+                self._constants_kernels()
             self._constants_compiled = True
+
+    def _constants_kernels(self) -> None:
+        m, d = self._m, self._d
+        mjw.set_const(m, d)
+        if self._fixed_geoms.size:
+            wp.launch(
+                place_fixed_geoms,
+                dim=(self.num_envs, self._fixed_geoms.size),
+                inputs=[self._fixed_geoms, m.geom_bodyid, m.geom_pos, m.geom_quat, d.xpos, d.xquat],
+                outputs=[d.geom_xpos, d.geom_xmat],
+            )
 
     def _expand(self, name: str) -> torch.Tensor:
         """Give a model field one row per environment; every captured graph still refers to the shared one."""
@@ -333,7 +347,8 @@ class WarpPhysics(Physics):
         with self._on_torch_stream():
             rows = wp.array(np.repeat(shared.numpy(), self.num_envs, axis=0), dtype=shared.dtype)
         setattr(owner, attribute, rows)
-        self._randomized[name] = _shared_tensor(rows, (self.num_envs, *np.shape(host)), self.device)
+        with torch.inference_mode(False):  # so that torch counts what is written into it
+            self._randomized[name] = _shared_tensor(rows, (self.num_envs, *np.shape(host)), self.device)
         return self._randomized[name]
 
     # -- health and inspection
@@ -351,17 +366,20 @@ class WarpPhysics(Physics):
             raise NotFoundError(f"environment {env_id} is not in [0, {self.num_envs})")
         if data is None:
             data = mujoco.MjData(self.model)
+        self._follow_model()
         if self._model_of_env is None:
             self._model_of_env = self.model.__copy__()
+        for name, rows in self._randomized.items():
+            owner = self._model_of_env.opt if name.startswith("opt.") else self._model_of_env
+            getattr(owner, name.removeprefix("opt."))[:] = rows[env_id].cpu().numpy()
+        if self._inputs:
+            mujoco.mj_setConst(self._model_of_env, data)  # changes positions, which are written next
         for name in STATE_FIELDS:
             value = self._state_tensor(name)[env_id].cpu().numpy()
             if name == "time":
                 data.time = float(value)
             else:
                 getattr(data, name)[:] = value
-        for name, rows in self._randomized.items():
-            owner = self._model_of_env.opt if name.startswith("opt.") else self._model_of_env
-            getattr(owner, name.removeprefix("opt."))[:] = rows[env_id].cpu().numpy()
         silence(data)
         mujoco.mj_forward(self._model_of_env, data)
         return data

@@ -78,6 +78,37 @@ def find_failures(
         overflow[env] = True
 
 
+@wp.func
+def _rotate(quat: wp.quat, vector: wp.vec3):
+    """Turn a vector by a quaternion in MuJoCo's order (w, x, y, z)."""
+    axis = wp.vec3(quat[1], quat[2], quat[3])
+    return vector + 2.0 * wp.cross(axis, wp.cross(axis, vector) + quat[0] * vector)
+
+
+@wp.kernel
+def place_fixed_geoms(
+    geoms: wp.array(dtype=int),  # type: ignore[valid-type]
+    geom_bodyid: wp.array(dtype=int),  # type: ignore[valid-type]
+    geom_pos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
+    geom_quat: wp.array2d(dtype=wp.quat),  # type: ignore[valid-type]
+    xpos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
+    xquat: wp.array2d(dtype=wp.quat),  # type: ignore[valid-type]
+    geom_xpos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
+    geom_xmat: wp.array2d(dtype=wp.mat33),  # type: ignore[valid-type]
+):
+    """Frames of geoms that are fixed to the world, which the engine's kinematics leave alone."""
+    env, i = wp.tid()  # type: ignore[misc]
+    geom = geoms[i]
+    body = geom_bodyid[geom]
+    quat = geom_quat[env % geom_quat.shape[0], geom]
+    frame = xquat[env, body]
+    geom_xpos[env, geom] = xpos[env, body] + _rotate(frame, geom_pos[env % geom_pos.shape[0], geom])
+    x = _rotate(frame, _rotate(quat, wp.vec3(1.0, 0.0, 0.0)))
+    y = _rotate(frame, _rotate(quat, wp.vec3(0.0, 1.0, 0.0)))
+    z = _rotate(frame, _rotate(quat, wp.vec3(0.0, 0.0, 1.0)))
+    geom_xmat[env, geom] = wp.mat33(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+
+
 class _CompileWatcher:
     """A logger for warp that passes warnings on and tells of the first kernel that was not in the cache."""
 
