@@ -202,11 +202,17 @@ def test_masses_wrenches_and_targets_broadcast_and_name_shapes_too(free):
     torch.testing.assert_close(robot.get_masses()[2, [1, 3]], torch.tensor([1.5, 2.5]))
     robot.set_external_force_and_torque(torch.tensor([0.0, 0.0, 2.0]), torch.zeros(3), body_ids=[2])
     assert robot._force_b[:, 2, 2].tolist() == [2.0] * NUM_ENVS
+    robot.write_joint_state_to_sim([0.1, -0.2, 0.3], 0.0, joint_ids=[0, 1, 2])
+    before = robot.data.joint_pos.clone()
+    torch.testing.assert_close(before[:, :3], torch.tensor([0.1, -0.2, 0.3]).repeat(NUM_ENVS, 1))
     for name, call in (
         ("write_body_mass_to_sim", lambda: robot.write_body_mass_to_sim(torch.ones(2), body_ids=[0, 1, 2])),
         ("set_external_force_and_torque", lambda: robot.set_external_force_and_torque(*torch.ones(2, 2, 4))),
+        ("write_joint_state_to_sim", lambda: robot.write_joint_state_to_sim(0.2, torch.ones(2), joint_ids=[0, 1, 2])),
+        ("write_joint_velocity_to_sim", lambda: robot.write_joint_velocity_to_sim(torch.ones(2, 9))),
         ("joint_pos_target", lambda: robot.set_joint_position_target(torch.ones(2, 9))),
         ("joint_stiffness", lambda: robot.write_joint_stiffness_to_sim(torch.ones(3), joint_ids=[0, 1])),
     ):
         with pytest.raises(ConfigError, match=rf"'robot'.{name}: values of shape \(.*\) do not fit \(3, .*\)"):
             call()
+    torch.testing.assert_close(robot.data.joint_pos, before)  # not even the half that fits was written

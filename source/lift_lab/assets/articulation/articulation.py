@@ -15,7 +15,7 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
 from lift_lab.utils.types import ArticulationActions
 
-from ..asset_base import EnvIds, as_columns, as_list
+from ..asset_base import EnvIds, Values, as_columns, as_list
 from .articulation_data import ArticulationData
 from .articulation_view import ArticulationView
 from .drives import build_drives
@@ -404,31 +404,49 @@ class Articulation(JointProperties):
     # -- joint state
 
     def write_joint_state_to_sim(
-        self,
-        position: torch.Tensor,
-        velocity: torch.Tensor,
-        joint_ids: JointIds = None,
-        env_ids: EnvIds = None,
+        self, position: Values, velocity: Values, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
-        """Set joint positions and velocities, shape (n, num joints chosen)."""
-        self.write_joint_position_to_sim(position, joint_ids, env_ids)
-        self.write_joint_velocity_to_sim(velocity, joint_ids, env_ids)
+        """Set joint positions and velocities, shape (n, num joints chosen), or what broadcasts to that.
 
-    def write_joint_position_to_sim(
-        self, position: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
-    ) -> None:
-        """Set joint positions (rad or m), shape (n, num joints chosen)."""
-        cols = self._columns(self._qpos_ids, self.data._qpos_cols, joint_ids)
-        self._physics.write("qpos", position, self._env_ids(env_ids), cols)
-        self._data.invalidate()
+        Raises:
+            ConfigError: a shape does not fit; nothing is written then.
+        """
+        ids = self._env_ids(env_ids)
+        position = self._fit_joints(position, joint_ids, ids, "write_joint_state_to_sim")
+        velocity = self._fit_joints(velocity, joint_ids, ids, "write_joint_state_to_sim")
+        self._write_joints("qpos", position, joint_ids, ids)
+        self._write_joints("qvel", velocity, joint_ids, ids)
 
-    def write_joint_velocity_to_sim(
-        self, velocity: torch.Tensor, joint_ids: JointIds = None, env_ids: EnvIds = None
-    ) -> None:
-        """Set joint velocities (rad/s or m/s), shape (n, num joints chosen)."""
-        cols = self._columns(self._dof_ids, self.data._dof_cols, joint_ids)
-        self._physics.write("qvel", velocity, self._env_ids(env_ids), cols)
-        self._data.invalidate()
+    def write_joint_position_to_sim(self, position: Values, joint_ids: JointIds = None, env_ids: EnvIds = None) -> None:
+        """Set joint positions (rad or m), shape (n, num joints chosen), or what broadcasts to that.
+
+        Raises:
+            ConfigError: the shape does not fit.
+        """
+        ids = self._env_ids(env_ids)
+        position = self._fit_joints(position, joint_ids, ids, "write_joint_position_to_sim")
+        self._write_joints("qpos", position, joint_ids, ids)
+
+    def write_joint_velocity_to_sim(self, velocity: Values, joint_ids: JointIds = None, env_ids: EnvIds = None) -> None:
+        """Set joint velocities (rad/s or m/s), shape (n, num joints chosen), or what broadcasts to that.
+
+        Raises:
+            ConfigError: the shape does not fit.
+        """
+        ids = self._env_ids(env_ids)
+        velocity = self._fit_joints(velocity, joint_ids, ids, "write_joint_velocity_to_sim")
+        self._write_joints("qvel", velocity, joint_ids, ids)
+
+    def _fit_joints(self, values: Values, joint_ids: JointIds, ids: torch.Tensor | None, method: str) -> torch.Tensor:
+        count = self.num_joints if joint_ids is None else len(as_list(joint_ids, self.num_joints))
+        return self._fit(values, ids, (count,), method, any_width=True)
+
+    def _write_joints(self, name: str, values: torch.Tensor, joint_ids: JointIds, ids: torch.Tensor | None) -> None:
+        data = self.data
+        of_pos = name == "qpos"
+        all_ids, all_cols = (self._qpos_ids, data._qpos_cols) if of_pos else (self._dof_ids, data._dof_cols)
+        self._physics.write(name, values, ids, self._columns(all_ids, all_cols, joint_ids))
+        data.invalidate()
 
     def _columns(self, all_ids: list[int], all_cols: slice | torch.Tensor, joint_ids: JointIds) -> slice | torch.Tensor:
         """Where the engine keeps something of some joints, given where it keeps it of all."""

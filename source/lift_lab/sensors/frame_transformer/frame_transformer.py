@@ -35,7 +35,9 @@ class FrameTransformerData(EntityData):
         self._target_origins_w = origins_w[:, None]
         self._source = source
         contiguous = targets == list(range(targets[0], targets[0] + len(targets)))
-        self._targets = slice(targets[0], targets[0] + len(targets)) if contiguous else targets
+        self._targets: slice | torch.Tensor = torch.tensor(targets, device=physics.device)
+        if contiguous:
+            self._targets = slice(targets[0], targets[0] + len(targets))
         self.target_frame_names = names
         """Names of the target frames, in the order of all readings of them."""
 
