@@ -140,10 +140,10 @@ def test_values_on_a_device_are_computed_without_asking_it():
 # -- with an environment
 
 
-def cartpole(engine="native", num_envs=8, length=7):
+def cartpole(engine="native", num_envs=8, length=7, finite=False):
     cfg = parse_env_cfg("Cartpole", device="cpu", num_envs=num_envs)
     cfg.seed, cfg.sim.num_threads, cfg.sim.physics = 3, 1, engine
-    cfg.episode_length_s = length * cfg.decimation * cfg.sim.dt
+    cfg.episode_length_s, cfg.is_finite_horizon = length * cfg.decimation * cfg.sim.dt, finite
     return RslRlVecEnvWrapper(gym.make("Cartpole", cfg=cfg))
 
 
@@ -208,6 +208,10 @@ def test_an_environment_that_cannot_give_last_observations_is_refused():
     cfg.algorithm.time_out_bootstrap = "final_obs"
     with pytest.raises(ConfigError, match="PointEnv does not give the last observations of episodes"):
         LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    env = cartpole(finite=True)
+    with pytest.raises(ConfigError, match="no effect on a task with a finite horizon"):
+        LiftLabRunner(env, agent("final_obs"))
+    env.close()
 
 
 @pytest.mark.parametrize(

@@ -134,7 +134,7 @@ class RslRlPpoAlgorithmCfg:
 
     ``previous_obs``: the one before the last action, as in rsl_rl; it is one step too early. ``final_obs``: the last
     one of the episode, after the last action and before the reset, which is exact. A task with a finite horizon is
-    bootstrapped in neither form.
+    bootstrapped in neither form, so ``final_obs`` is refused there.
     """
 
     max_grad_norm: float = MISSING

@@ -40,7 +40,7 @@ from .resume import load_resume_state, resume_state
 from .run_files import remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
 from .saving import CheckpointSaver
-from .time_outs import FINAL_OBS, PREVIOUS_OBS, gives_final_obs, providing_final_obs
+from .time_outs import FINAL_OBS, check_final_obs, providing_final_obs
 
 
 class LiftLabRunner(OnPolicyRunner):
@@ -265,11 +265,8 @@ class LiftLabRunner(OnPolicyRunner):
                 )
 
     def _check_final_obs(self) -> None:
-        if self.cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS and not gives_final_obs(self.env):
-            raise ConfigError(
-                f"agent.algorithm.time_out_bootstrap={FINAL_OBS} needs a manager-based environment: "
-                f"{type(self.env).__name__} does not give the last observations of episodes; use {PREVIOUS_OBS}"
-            )
+        if self.cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:
+            check_final_obs(self.env)
 
     def _set_action_mean(self) -> None:
         """Let a new actor begin about the mean that is configured."""

@@ -15,13 +15,32 @@ from typing import Any
 import torch
 from tensordict import TensorDict
 
+from lift_lab.utils.errors import ConfigError
+
 PREVIOUS_OBS, FINAL_OBS = "previous_obs", "final_obs"
 """Forms of ``agent.algorithm.time_out_bootstrap``."""
 
 
-def gives_final_obs(env: Any) -> bool:
-    """Whether the environment inside a wrapper can give the last observations of the episodes that end."""
-    return hasattr(getattr(env, "unwrapped", None), "wants_final_obs")
+def check_final_obs(env: Any) -> None:
+    """Check that the value of last observations can be used with an environment.
+
+    Args:
+        env: wrapped environment.
+
+    Raises:
+        ConfigError: it does not give last observations, or it has a finite horizon, at which nothing is bootstrapped.
+    """
+    setting = f"agent.algorithm.time_out_bootstrap={FINAL_OBS}"
+    if not hasattr(getattr(env, "unwrapped", None), "wants_final_obs"):
+        raise ConfigError(
+            f"{setting} needs a manager-based environment: {type(env).__name__} does not give the last observations of "
+            f"episodes; use {PREVIOUS_OBS}"
+        )
+    if getattr(env.cfg, "is_finite_horizon", False):
+        raise ConfigError(
+            f"{setting} has no effect on a task with a finite horizon (env.is_finite_horizon): nothing is bootstrapped "
+            f"there; use {PREVIOUS_OBS}"
+        )
 
 
 @contextlib.contextmanager

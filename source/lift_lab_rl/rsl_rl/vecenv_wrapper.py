@@ -116,7 +116,8 @@ class RslRlVecEnvWrapper(VecEnv):
 
         Returns:
             Observations; rewards, shape (num_envs,); dones, shape (num_envs,), 0 or 1; extras with ``time_outs``
-            (unless the task has a finite horizon) and ``log``.
+            (unless the task has a finite horizon), ``log``, and ``final_obs`` where the environment is asked for it
+            (:attr:`~lift_lab.envs.ManagerBasedRLEnv.wants_final_obs`).
         """
         if self.clip_actions is not None:
             actions = actions.clamp(-self.clip_actions, self.clip_actions)
