@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, NOT_NEGATIVE_OR_INF, POSITIVE_OR_INF, Ranges
 
 from .actuator_net import ActuatorNetLSTM, ActuatorNetMLP
 from .actuator_pd import DCMotor, DelayedPDActuator, IdealPDActuator, ImplicitActuator, RemotizedPDActuator
@@ -43,6 +44,13 @@ class ActuatorBaseCfg:
     viscous_friction: dict[str, float] | float | None = None
     """Effort per joint velocity (MuJoCo's joint damping). None keeps the USD file's."""
 
+    _ranges: ClassVar[Ranges] = {
+        (
+            "effort_limit velocity_limit effort_limit_sim velocity_limit_sim stiffness damping "
+            "armature friction dynamic_friction viscous_friction"
+        ): NOT_NEGATIVE_OR_INF,
+    }
+
 
 @configclass
 class ImplicitActuatorCfg(ActuatorBaseCfg):
@@ -66,6 +74,8 @@ class DCMotorCfg(IdealPDActuatorCfg):
     saturation_effort: float = MISSING
     """Stall effort of the motor."""
 
+    _ranges: ClassVar[Ranges] = {"saturation_effort": POSITIVE_OR_INF}
+
 
 @configclass
 class DelayedPDActuatorCfg(IdealPDActuatorCfg):
@@ -77,6 +87,8 @@ class DelayedPDActuatorCfg(IdealPDActuatorCfg):
     max_delay: int = 0
     """Greatest lag in physics steps."""
 
+    _ranges: ClassVar[Ranges] = {"min_delay max_delay": COUNT_OR_ZERO}
+
 
 @configclass
 class RemotizedPDActuatorCfg(DelayedPDActuatorCfg):
@@ -85,6 +97,8 @@ class RemotizedPDActuatorCfg(DelayedPDActuatorCfg):
     class_type: type = RemotizedPDActuator
     joint_parameter_lookup: list[list[float]] = MISSING
     """Rows of joint angle (rad, ascending), transmission ratio, effort limit (N m)."""
+
+    _ranges: ClassVar[Ranges] = {"joint_parameter_lookup": FINITE}
 
 
 @configclass
@@ -117,3 +131,5 @@ class ActuatorNetMLPCfg(DCMotorCfg):
     """Whether position errors or velocities come first."""
     input_idx: Sequence[int] = MISSING
     """Which physics steps enter: 0 is now, n is n steps ago."""
+
+    _ranges: ClassVar[Ranges] = {"pos_scale vel_scale torque_scale": FINITE, "input_idx": COUNT_OR_ZERO}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from .asset_base import AssetBase
 
@@ -23,6 +24,8 @@ class AssetBaseCfg:
         """Position in m."""
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         """Orientation (w, x, y, z); normalised when used."""
+
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
 
     class_type: type = AssetBase
     prim_path: str = MISSING

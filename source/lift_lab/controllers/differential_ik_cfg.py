@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from .differential_ik import DifferentialIKController
 
@@ -39,6 +40,8 @@ class DifferentialIKControllerCfg:
     ik_params: dict[str, float] | None = None
     """Parameters of the method: ``k_val`` (gain; pinv, svd, trans), ``min_singular_value`` (svd), ``lambda_val``
     (damping; dls). What is left out has its default."""
+
+    _ranges: ClassVar[Ranges] = {"ik_params": FINITE}
 
     def __post_init__(self):
         for field, value, choices in (

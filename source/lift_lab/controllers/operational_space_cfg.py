@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE_SPAN, Ranges
 
 from .operational_space import OperationalSpaceController
 
@@ -62,3 +63,12 @@ class OperationalSpaceControllerCfg:
 
     nullspace_damping_ratio: float = 1.0
     """Damping ratio of that pull."""
+
+    _ranges: ClassVar[Ranges] = {
+        "motion_control_axes_task contact_wrench_control_axes_task": COUNT_OR_ZERO,
+        (
+            "motion_stiffness_task motion_damping_ratio_task contact_wrench_stiffness_task "
+            "nullspace_stiffness nullspace_damping_ratio"
+        ): NOT_NEGATIVE,
+        "motion_stiffness_limits_task motion_damping_ratio_limits_task": POSITIVE_SPAN,
+    }

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import torch
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, Ranges
 
 
 @configclass
@@ -37,6 +38,8 @@ class ViewerCfg:
     """The asset, for ``asset_root`` and ``asset_body``."""
     body_name: str | None = None
     """The body, for ``asset_body``."""
+
+    _ranges: ClassVar[Ranges] = {"eye lookat": FINITE, "resolution num_envs": COUNT, "env_index": COUNT_OR_ZERO}
 
 
 VecEnvObs = dict[str, torch.Tensor | dict[str, torch.Tensor]]

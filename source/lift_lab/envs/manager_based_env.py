@@ -13,7 +13,6 @@ from lift_lab.scene import InteractiveScene
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.ignored import note_ignored, report_ignored
 from lift_lab.sim.physics.base import ids_tensor
-from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.seed import configure_seed
 
 from .common import VecEnvObs
@@ -64,9 +63,7 @@ class ManagerBasedEnv:
             TypeError: the config lacks values; the message lists the path of each.
             ConfigError: something in the config cannot be built.
         """
-        cfg.validate()
-        if cfg.decimation < 1:
-            raise ConfigError(f"decimation must be at least 1, got {cfg.decimation}")
+        cfg.validate("env")
         self.cfg = cfg
         self._is_closed = False
         if cfg.seed is None:

@@ -9,6 +9,7 @@ from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, SEED, Ranges
 
 from . import mdp
 from .common import ViewerCfg
@@ -61,3 +62,5 @@ class ManagerBasedEnvCfg:
     """Isaac Lab's export of observation and action descriptions. Ignored."""
     log_dir: str | None = None
     """Folder of the run's logs, for terms that write files; the training script sets it."""
+
+    _ranges: ClassVar[Ranges] = {"seed": SEED, "decimation": COUNT, "num_rerenders_on_reset": COUNT_OR_ZERO}

@@ -77,8 +77,6 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.metadata = {**type(self).metadata, "render_fps": 1.0 / self.step_dt}
 
     def _create_buffers(self) -> None:
-        if not self.cfg.episode_length_s > 0:
-            raise ConfigError(f"episode_length_s must be positive, got {self.cfg.episode_length_s}")
         self.common_step_counter = 0
         num_envs, device = self.num_envs, self.device
         self.episode_length_buf = torch.zeros(num_envs, dtype=torch.long, device=device)

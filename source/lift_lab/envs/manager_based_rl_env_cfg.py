@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .manager_based_env_cfg import ManagerBasedEnvCfg
 
@@ -26,3 +28,5 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     """Curriculum terms."""
     commands: object | None = None
     """Command terms."""
+
+    _ranges: ClassVar[Ranges] = {"episode_length_s": POSITIVE}

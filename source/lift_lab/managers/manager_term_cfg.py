@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any
+from typing import Any, ClassVar
 
 from lift_lab.utils import configclass
 from lift_lab.utils.modifiers import ModifierCfg
 from lift_lab.utils.noise import NoiseCfg, NoiseModelCfg
+from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, POSITIVE_SPAN, POSITIVE_SPAN_OR_INF, SPAN_OR_INF, WHOLE, Ranges
 
 
 @configclass
@@ -53,6 +54,8 @@ class ActionTermCfg:
     clip: dict[str, tuple] | None = None
     """Range ``(lower, upper)`` of the processed action by joint-name pattern; None clips nothing."""
 
+    _ranges: ClassVar[Ranges] = {"clip": SPAN_OR_INF}
+
 
 @configclass
 class CommandTermCfg:
@@ -66,6 +69,8 @@ class CommandTermCfg:
 
     debug_vis: bool = False
     """Whether viewers draw the term's markers."""
+
+    _ranges: ClassVar[Ranges] = {"resampling_time_range": POSITIVE_SPAN_OR_INF}
 
 
 @configclass
@@ -97,6 +102,8 @@ class ObservationTermCfg(ManagerTermBaseCfg):
     flatten_history_dim: bool = True
     """Whether a history of shape (num_envs, length, ...) is returned as (num_envs, length * ...)."""
 
+    _ranges: ClassVar[Ranges] = {"clip": SPAN_OR_INF, "scale": FINITE, "history_length": COUNT_OR_ZERO}
+
 
 @configclass
 class ObservationGroupCfg:
@@ -117,6 +124,8 @@ class ObservationGroupCfg:
     flatten_history_dim: bool = True
     """Flattening of every term in the group; used only where the group sets ``history_length``."""
 
+    _ranges: ClassVar[Ranges] = {"concatenate_dim": WHOLE, "history_length": COUNT_OR_ZERO}
+
 
 @configclass
 class EventTermCfg(ManagerTermBaseCfg):
@@ -136,6 +145,8 @@ class EventTermCfg(ManagerTermBaseCfg):
     min_step_count_between_reset: int = 0
     """Mode ``"reset"``: environment steps that must pass between two applications to the same environment."""
 
+    _ranges: ClassVar[Ranges] = {"interval_range_s": POSITIVE_SPAN, "min_step_count_between_reset": COUNT_OR_ZERO}
+
 
 @configclass
 class RewardTermCfg(ManagerTermBaseCfg):
@@ -143,6 +154,8 @@ class RewardTermCfg(ManagerTermBaseCfg):
 
     weight: float = MISSING
     """Factor on the value; 0 skips the call."""
+
+    _ranges: ClassVar[Ranges] = {"weight": FINITE}
 
 
 @configclass

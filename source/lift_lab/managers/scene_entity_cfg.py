@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import MISSING
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.ranges import WHOLE, Ranges
 
 if TYPE_CHECKING:
     from lift_lab.scene import InteractiveScene
@@ -68,6 +69,8 @@ class SceneEntityCfg:
 
     preserve_order: bool = False
     """Whether the ids follow the order of the names given, and not the entity's."""
+
+    _ranges: ClassVar[Ranges] = {"joint_ids fixed_tendon_ids body_ids object_collection_ids": WHOLE}
 
     @property
     def selects_by_name(self) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, NOT_NEGATIVE, Ranges
 
 
 @configclass
@@ -23,3 +25,5 @@ class InteractiveSceneCfg:
     """Isaac Lab's switch. Environments never collide with each other here."""
     clone_in_fabric: bool = False
     """Omniverse's cloning switch."""
+
+    _ranges: ClassVar[Ranges] = {"num_envs": COUNT, "env_spacing": NOT_NEGATIVE}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, Ranges
 
 from .sensor_base import SensorBase
 
@@ -23,3 +25,5 @@ class SensorBaseCfg:
     """Number of past readings kept."""
     debug_vis: bool = False
     """Whether the sensor's markers are drawn where a viewer shows markers."""
+
+    _ranges: ClassVar[Ranges] = {"update_period": NOT_NEGATIVE, "history_length": COUNT_OR_ZERO}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, NOT_NEGATIVE, POSITIVE, Ranges
 
 from .spawners.materials import RigidBodyMaterialCfg
 
@@ -38,6 +39,19 @@ class PhysxCfg:
     gpu_max_soft_body_contacts: int = 2**20
     gpu_max_particle_contacts: int = 2**20
 
+    _ranges: ClassVar[Ranges] = {
+        (
+            "min_position_iteration_count max_position_iteration_count "
+            "min_velocity_iteration_count max_velocity_iteration_count "
+            "gpu_max_rigid_contact_count gpu_max_rigid_patch_count "
+            "gpu_found_lost_pairs_capacity gpu_found_lost_aggregate_pairs_capacity "
+            "gpu_total_aggregate_pairs_capacity gpu_collision_stack_size gpu_heap_capacity "
+            "gpu_temp_buffer_capacity gpu_max_num_partitions gpu_max_soft_body_contacts "
+            "gpu_max_particle_contacts"
+        ): COUNT_OR_ZERO,
+        "bounce_threshold_velocity friction_offset_threshold friction_correlation_distance": NOT_NEGATIVE,
+    }
+
 
 @configclass
 class RenderCfg:
@@ -57,6 +71,8 @@ class RenderCfg:
     dome_light_upper_lower_strategy: Literal[0, 3, 4] | None = None
     carb_settings: dict[str, Any] | None = None
     rendering_mode: Literal["performance", "balanced", "quality"] | None = None
+
+    _ranges: ClassVar[Ranges] = {"samples_per_pixel": COUNT}
 
 
 @configclass
@@ -88,6 +104,12 @@ class MujocoCfg:
     """Contacts an environment may have at once on the warp engine; None sizes it from the model."""
     njmax: int | None = None
     """Constraint rows an environment may have at once on the warp engine; None sizes it from the model."""
+
+    _ranges: ClassVar[Ranges] = {
+        "impratio": POSITIVE,
+        "iterations ls_iterations nconmax njmax": COUNT,
+        "tolerance": NOT_NEGATIVE,
+    }
 
 
 @configclass
@@ -125,3 +147,5 @@ class SimulationCfg:
     logging_level: Literal["DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"] = "WARNING"
     save_logs_to_file: bool = True
     log_dir: str | None = None
+
+    _ranges: ClassVar[Ranges] = {"num_threads render_interval": COUNT, "dt": POSITIVE, "gravity": FINITE}

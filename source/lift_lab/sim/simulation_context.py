@@ -7,6 +7,7 @@ lets the scene find its indices. Everything above reads and writes the engine th
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
@@ -71,18 +72,21 @@ def resolve_device(device: str | None) -> str:
     None is ``"auto"``: scripts copy ``args_cli.device`` into the config, and that flag may be left out.
 
     Raises:
-        ConfigError: a CUDA device that torch does not have.
+        ConfigError: no device, or one that torch does not have.
     """
     if device is None or device == "auto":
         return "cuda:0" if torch.cuda.is_available() else "cpu"
-    resolved = torch.device(device)
-    if resolved.type == "cuda":
-        index = resolved.index or 0
-        if not torch.cuda.is_available() or index >= torch.cuda.device_count():
-            found = [f"cuda:{i}" for i in range(torch.cuda.device_count())] if torch.cuda.is_available() else []
-            raise ConfigError(f"device '{device}' is not available; choose one of: {', '.join(['cpu', *found])}")
-        return f"cuda:{index}"
-    return str(resolved)
+    count = torch.cuda.device_count() if torch.cuda.is_available() else 0
+    found = ["cpu", *(f"cuda:{i}" for i in range(count))]
+    known = re.fullmatch(r"cpu(?::0)?|cuda(?::(\d+))?", str(device))
+    if known is None:
+        raise ConfigError(f"'{device}' is no device; choose one of: {', '.join(['auto', *found])}")
+    if str(device).startswith("cpu"):
+        return "cpu"
+    index = int(known[1] or 0)
+    if index >= count:
+        raise ConfigError(f"device '{device}' is not available; choose one of: {', '.join(found)}")
+    return f"cuda:{index}"
 
 
 def _pick(table: dict[str, Any], key: str, field: str) -> Any:

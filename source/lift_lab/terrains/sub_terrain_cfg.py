@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SPAN_OR_INF, Ranges
 
 
 @configclass
@@ -20,6 +21,13 @@ class FlatPatchSamplingCfg:
     y_range: tuple[float, float] = (-1e6, 1e6)
     z_range: tuple[float, float] = (-1e6, 1e6)
     max_height_diff: float = MISSING
+
+    _ranges: ClassVar[Ranges] = {
+        "num_patches": COUNT,
+        "patch_radius": POSITIVE,
+        "x_range y_range z_range": SPAN_OR_INF,
+        "max_height_diff": NOT_NEGATIVE,
+    }
 
 
 def not_generated(difficulty: float, cfg: SubTerrainBaseCfg) -> NoReturn:
@@ -39,3 +47,5 @@ class SubTerrainBaseCfg:
     proportion: float = 1.0
     size: tuple[float, float] = (10.0, 10.0)
     flat_patch_sampling: dict[str, FlatPatchSamplingCfg] | None = None
+
+    _ranges: ClassVar[Ranges] = {"proportion": NOT_NEGATIVE, "size": POSITIVE}

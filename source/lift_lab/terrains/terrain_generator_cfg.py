@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, POSITIVE, SEED, SPAN, Ranges
 
 from .sub_terrain_cfg import SubTerrainBaseCfg
 
@@ -29,3 +30,12 @@ class TerrainGeneratorCfg:
     difficulty_range: tuple[float, float] = (0.0, 1.0)
     use_cache: bool = False
     cache_dir: str | None = None
+
+    _ranges: ClassVar[Ranges] = {
+        "seed": SEED,
+        "size horizontal_scale vertical_scale": POSITIVE,
+        "border_width slope_threshold": NOT_NEGATIVE,
+        "border_height": FINITE,
+        "num_rows num_cols": COUNT,
+        "difficulty_range": SPAN,
+    }

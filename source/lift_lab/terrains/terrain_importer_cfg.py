@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import mujoco
 
@@ -11,6 +11,7 @@ from lift_lab.sim.spawners import GroundPlaneCfg, RigidBodyMaterialCfg, VisualMa
 from lift_lab.sim.spawners.file_options import adopt_scene_options
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, WHOLE, Ranges
 
 from .terrain_importer import TerrainImporter
 
@@ -36,6 +37,13 @@ class TerrainImporterCfg:
     max_init_terrain_level: int | None = None
     debug_vis: bool = False
     """Whether films and viewers show the environments' origins."""
+
+    _ranges: ClassVar[Ranges] = {
+        "collision_group": WHOLE,
+        "num_envs": COUNT,
+        "env_spacing": NOT_NEGATIVE,
+        "max_init_terrain_level": COUNT_OR_ZERO,
+    }
 
     def spawn_into(self, spec: mujoco.MjSpec, name: str) -> None:
         """Lay the terrain into a scene's spec.

@@ -21,6 +21,7 @@ from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 from .config_update import resolve_hint, update_class_from_dict
 from .dict import class_to_dict
 from .errors import ConfigError, MissingFieldError, quote, suggest
+from .ranges import first_problem
 from .string import is_function_like
 
 _T = TypeVar("_T")
@@ -122,7 +123,7 @@ def replace(self: _T, **changes: Any) -> _T:
 
 
 def validate(self, prefix: str = "") -> list[str]:
-    """Check that nothing is ``MISSING``, in the configuration and all that it holds.
+    """Check the configuration and all that it holds: nothing is ``MISSING``, every number within its field's range.
 
     Args:
         prefix: path of this object, put before the paths found.
@@ -132,11 +133,16 @@ def validate(self, prefix: str = "") -> list[str]:
 
     Raises:
         TypeError: lists the path of every ``MISSING`` entry, one a line.
+        ConfigError: a number is NaN or outside of its field's range (:mod:`lift_lab.utils.ranges`), or a field that
+            needs a value is None; names its path and what it may be.
     """
     missing = _missing_paths(self, prefix)
     if missing:
         lines = "".join(f"  - {path}\n" for path in missing)
         raise MissingFieldError(f"{type(self).__name__} has no value for:\n{lines}")
+    problem = first_problem(self, prefix)
+    if problem is not None:
+        raise ConfigError(problem)
     return missing
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, POSITIVE, POSITIVE_OR_INF, SIZES, Ranges
 
 from .rl_cfg import RslRlBaseRunnerCfg
 
@@ -23,6 +24,8 @@ class RslRlDistillationStudentTeacherCfg:
     teacher_hidden_dims: list[int] = MISSING
     activation: str = MISSING
 
+    _ranges: ClassVar[Ranges] = {"init_noise_std": POSITIVE, "student_hidden_dims teacher_hidden_dims": SIZES}
+
 
 @configclass
 class RslRlDistillationStudentTeacherRecurrentCfg(RslRlDistillationStudentTeacherCfg):
@@ -33,6 +36,8 @@ class RslRlDistillationStudentTeacherRecurrentCfg(RslRlDistillationStudentTeache
     rnn_hidden_dim: int = MISSING
     rnn_num_layers: int = MISSING
     teacher_recurrent: bool = MISSING
+
+    _ranges: ClassVar[Ranges] = {"rnn_hidden_dim rnn_num_layers": COUNT}
 
 
 @configclass
@@ -46,6 +51,12 @@ class RslRlDistillationAlgorithmCfg:
     max_grad_norm: float | None = None
     optimizer: Literal["adam", "adamw", "sgd", "rmsprop"] = "adam"
     loss_type: Literal["mse", "huber"] = "mse"
+
+    _ranges: ClassVar[Ranges] = {
+        "num_learning_epochs gradient_length": COUNT,
+        "learning_rate": POSITIVE,
+        "max_grad_norm": POSITIVE_OR_INF,
+    }
 
 
 @configclass

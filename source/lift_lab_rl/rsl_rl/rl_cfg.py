@@ -7,9 +7,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import (
+    COUNT,
+    COUNT_OR_ZERO,
+    FINITE,
+    FRACTION,
+    NOT_NEGATIVE,
+    POSITIVE,
+    POSITIVE_OR_INF,
+    POSITIVE_SPAN_OR_INF,
+    SEED,
+    SIZES,
+    Range,
+    Ranges,
+)
 
 from .rnd_cfg import RslRlRndCfg
 from .symmetry_cfg import RslRlSymmetryCfg
@@ -53,6 +67,13 @@ class RslRlPpoActorCriticCfg:
     activation: str = MISSING
     """Activation between layers, e.g. ``elu``, ``relu``, ``tanh``."""
 
+    _ranges: ClassVar[Ranges] = {
+        "init_noise_std": POSITIVE,
+        "init_action_mean": FINITE,
+        "noise_std_range": POSITIVE_SPAN_OR_INF,
+        "actor_hidden_dims critic_hidden_dims": SIZES,
+    }
+
 
 @configclass
 class RslRlPpoActorCriticRecurrentCfg(RslRlPpoActorCriticCfg):
@@ -68,6 +89,8 @@ class RslRlPpoActorCriticRecurrentCfg(RslRlPpoActorCriticCfg):
 
     rnn_num_layers: int = MISSING
     """Number of recurrent layers."""
+
+    _ranges: ClassVar[Ranges] = {"rnn_hidden_dim rnn_num_layers": COUNT}
 
 
 @configclass
@@ -161,6 +184,17 @@ class RslRlPpoAlgorithmCfg:
     symmetry_cfg: RslRlSymmetryCfg | None = None
     """Symmetry augmentation; None for none."""
 
+    _ranges: ClassVar[Ranges] = {
+        "num_learning_epochs num_mini_batches": COUNT,
+        "learning_rate clip_param": POSITIVE,
+        "gamma lam gamma_final": FRACTION,
+        "entropy_coef entropy_coef_final mean_reg_coef value_loss_coef": NOT_NEGATIVE,
+        "desired_kl desired_kl_final advantage_clip": POSITIVE,
+        "max_grad_norm": POSITIVE_OR_INF,
+        "anneal_iterations": Range(0, whole=True, ascending=True),
+        "advantage_clip_start": COUNT_OR_ZERO,
+    }
+
 
 @configclass
 class RslRlBaseRunnerCfg:
@@ -232,6 +266,13 @@ class RslRlBaseRunnerCfg:
 
     load_checkpoint: str = r"model_\d+\.pt"
     """Regular expression of the checkpoint to load; the last match in natural order is taken."""
+
+    _ranges: ClassVar[Ranges] = {
+        "seed": SEED,
+        "num_threads num_steps_per_env max_iterations save_interval keep_resume_states": COUNT,
+        "clip_actions": POSITIVE_OR_INF,
+        "average_share": Range(0.0, 1.0, below=True),
+    }
 
 
 @configclass

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 
 @configclass
@@ -30,6 +32,8 @@ class RslRlRndCfg:
         final_step: int = MISSING
         """Step at which it ends."""
 
+        _ranges: ClassVar[Ranges] = {"final_value": NOT_NEGATIVE, "initial_step final_step": COUNT_OR_ZERO}
+
     @configclass
     class StepWeightScheduleCfg(WeightScheduleCfg):
         """Weight that jumps to ``final_value`` at a step."""
@@ -39,6 +43,8 @@ class RslRlRndCfg:
         """Step of the jump."""
         final_value: float = MISSING
         """Weight from then on."""
+
+        _ranges: ClassVar[Ranges] = {"final_step": COUNT_OR_ZERO, "final_value": NOT_NEGATIVE}
 
     weight: float = 0.0
     """Weight of the intrinsic reward; scaled by the environment step like every reward."""
@@ -63,3 +69,10 @@ class RslRlRndCfg:
 
     target_hidden_dims: list[int] = [-1]
     """Hidden widths of the target; -1 stands for the width of the state."""
+
+    _ranges: ClassVar[Ranges] = {
+        "weight": NOT_NEGATIVE,
+        "learning_rate": POSITIVE,
+        "num_outputs": COUNT,
+        "predictor_hidden_dims target_hidden_dims": Range(1, whole=True, least_entries=1, also=(-1,)),
+    }

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import NOT_NEGATIVE, Ranges
 
 
 @configclass
@@ -23,3 +25,5 @@ class RslRlSymmetryCfg:
 
     mirror_loss_coeff: float = 0.0
     """Weight of the mirror loss."""
+
+    _ranges: ClassVar[Ranges] = {"mirror_loss_coeff": NOT_NEGATIVE}

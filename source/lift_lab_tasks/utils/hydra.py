@@ -37,6 +37,7 @@ from lift_lab.app.multirun import FLAGS, expand
 from lift_lab.utils import update_class_from_dict
 from lift_lab.utils.config_update import field_hints
 from lift_lab.utils.errors import ConfigError, UnknownFieldError, quote, suggest
+from lift_lab.utils.ranges import may_be_none
 
 from .parse_cfg import ENV_CFG, load_cfg_from_registry, resolve_entry_point, task_kwargs
 
@@ -230,6 +231,8 @@ def _write(cfgs: dict[str, Any], path: list[str], value: Any, override: Override
 
 
 def _may_be_none(owner: Any, name: str, current: Any) -> bool:
+    if dataclasses.is_dataclass(owner) and not may_be_none(type(owner), name):
+        return False
     if not isinstance(current, (bool, int, float, str, list, tuple)):
         return True
     hint = None if isinstance(owner, dict) else field_hints(type(owner)).get(name)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from lift_lab.utils.assets import PRETRAINED_DIR
+from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
 from lift_lab.utils.io import remove_dead_temporaries
 from lift_lab_rl.run_params import read_params
@@ -304,7 +305,7 @@ def apply_flags(
         training: whether a policy is trained, not shown or judged.
 
     Raises:
-        ConfigError: a flag and an override differ.
+        ConfigError: a flag and an override differ, or a setting is outside of its range.
     """
     from lift_lab.sim.simulation_context import resolve_device
 
@@ -325,6 +326,7 @@ def apply_flags(
         seed = random.randint(0, 10_000)
     if seed is not None:
         env_cfg.seed = seed
+    validate(env_cfg, "env")
     if agent_cfg is None:
         return
     if seed is not None:
@@ -339,6 +341,8 @@ def apply_flags(
         agent_cfg.num_threads = args.num_threads
     if agent_cfg.device == "auto" or getattr(args, "device", None):
         agent_cfg.device = env_cfg.sim.device
+    agent_cfg.device = resolve_device(agent_cfg.device)
+    validate(agent_cfg, "agent")
 
 
 def fingerprint(env_cfg: Any, agent_cfg: Any) -> Settings:

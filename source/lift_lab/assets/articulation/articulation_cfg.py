@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.actuators import ActuatorBaseCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, POSITIVE, Ranges
 
 from ..asset_base_cfg import AssetBaseCfg
 from .articulation import Articulation
@@ -29,6 +30,8 @@ class ArticulationCfg(AssetBaseCfg):
         joint_vel: dict[str, float] = {".*": 0.0}
         """Joint name pattern -> velocity in rad/s or m/s."""
 
+        _ranges: ClassVar[Ranges] = {"lin_vel ang_vel joint_pos joint_vel": FINITE}
+
     class_type: type = Articulation
     articulation_root_prim_path: str | None = None
     """Isaac Lab's path of the root prim below the asset. The importer finds the root itself."""
@@ -45,3 +48,5 @@ class ArticulationCfg(AssetBaseCfg):
     """Group name -> actuator model of the joints it names."""
     actuator_value_resolution_debug_print: bool = False
     """Whether values that come from the USD file are logged."""
+
+    _ranges: ClassVar[Ranges] = {"soft_joint_pos_limit_factor": POSITIVE}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..asset_base_cfg import AssetBaseCfg
 from .rigid_object import RigidObject
@@ -20,6 +23,8 @@ class RigidObjectCfg(AssetBaseCfg):
         """Linear velocity in m/s."""
         ang_vel: tuple[float, float, float] = (0.0, 0.0, 0.0)
         """Angular velocity in rad/s."""
+
+        _ranges: ClassVar[Ranges] = {"lin_vel ang_vel": FINITE}
 
     class_type: type = RigidObject
     init_state: InitialStateCfg = InitialStateCfg()

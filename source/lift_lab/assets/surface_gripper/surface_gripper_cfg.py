@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import NOT_NEGATIVE_OR_INF, Ranges
 
 from ..asset_base_cfg import AssetBaseCfg
 from .surface_gripper import SurfaceGripper
@@ -17,3 +20,7 @@ class SurfaceGripperCfg(AssetBaseCfg):
     coaxial_force_limit: float | None = None
     shear_force_limit: float | None = None
     retry_interval: float | None = None
+
+    _ranges: ClassVar[Ranges] = {
+        "max_grip_distance coaxial_force_limit shear_force_limit retry_interval": NOT_NEGATIVE_OR_INF,
+    }

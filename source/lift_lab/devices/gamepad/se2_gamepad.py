@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..device_base import DeviceBase, DeviceCfg
 
@@ -20,3 +23,8 @@ class Se2GamepadCfg(DeviceCfg):
     v_y_sensitivity: float = 1.0
     omega_z_sensitivity: float = 1.0
     dead_zone: float = 0.01
+
+    _ranges: ClassVar[Ranges] = {
+        "v_x_sensitivity v_y_sensitivity omega_z_sensitivity": FINITE,
+        "dead_zone": NOT_NEGATIVE,
+    }

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..device_base import DeviceBase, DeviceCfg
 
@@ -20,3 +23,5 @@ class Se3GamepadCfg(DeviceCfg):
     dead_zone: float = 0.01
     pos_sensitivity: float = 1.0
     rot_sensitivity: float = 1.6
+
+    _ranges: ClassVar[Ranges] = {"dead_zone": NOT_NEGATIVE, "pos_sensitivity rot_sensitivity": FINITE}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
-from typing import Any
+from typing import Any, ClassVar
 
 from lift_lab.sensors import CameraCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 
 class XrAnchorRotationMode(Enum):
@@ -33,6 +34,11 @@ class XrCfg:
     anchor_rotation_custom_func: Callable[..., Any] | None = None
     near_plane: float = 0.15
     fixed_anchor_height: bool = True
+
+    _ranges: ClassVar[Ranges] = {
+        "anchor_pos anchor_rot": FINITE,
+        "anchor_rotation_smoothing_time near_plane": NOT_NEGATIVE,
+    }
 
 
 def remove_camera_configs(env_cfg: Any) -> Any:

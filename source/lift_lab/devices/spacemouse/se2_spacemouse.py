@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..device_base import DeviceBase, DeviceCfg
 
@@ -19,3 +22,5 @@ class Se2SpaceMouseCfg(DeviceCfg):
     v_x_sensitivity: float = 0.8
     v_y_sensitivity: float = 0.4
     omega_z_sensitivity: float = 1.0
+
+    _ranges: ClassVar[Ranges] = {"v_x_sensitivity v_y_sensitivity omega_z_sensitivity": FINITE}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..device_base import DeviceBase, DeviceCfg
 
@@ -19,3 +22,5 @@ class Se3SpaceMouseCfg(DeviceCfg):
     gripper_term: bool = True
     pos_sensitivity: float = 0.4
     rot_sensitivity: float = 0.8
+
+    _ranges: ClassVar[Ranges] = {"pos_sensitivity rot_sensitivity": FINITE}

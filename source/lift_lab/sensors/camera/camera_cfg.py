@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.sim.spawners.sensors import FisheyeCameraCfg, PinholeCameraCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
 from .camera import Camera
@@ -24,6 +25,8 @@ class CameraCfg(SensorBaseCfg):
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         convention: Literal["opengl", "ros", "world"] = "ros"
 
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
+
     class_type: type = Camera
     offset: OffsetCfg = OffsetCfg()
     spawn: PinholeCameraCfg | FisheyeCameraCfg | None = MISSING
@@ -37,3 +40,5 @@ class CameraCfg(SensorBaseCfg):
     colorize_instance_id_segmentation: bool = True
     colorize_instance_segmentation: bool = True
     semantic_segmentation_mapping: dict[str, tuple[int, int, int, int]] = {}
+
+    _ranges: ClassVar[Ranges] = {"width height": COUNT, "semantic_segmentation_mapping": COUNT_OR_ZERO}

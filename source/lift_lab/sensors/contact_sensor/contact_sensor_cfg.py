@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.markers import CONTACT_SENSOR_MARKER_CFG, VisualizationMarkersCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, NOT_NEGATIVE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
 from .contact_sensor import ContactSensor
@@ -32,3 +35,5 @@ class ContactSensorCfg(SensorBaseCfg):
     """Prim paths of what contacts are reported with one by one: bodies, or static assets and terrain."""
     visualizer_cfg: VisualizationMarkersCfg = CONTACT_SENSOR_MARKER_CFG.replace(prim_path="/Visuals/ContactSensor")
     """Markers of the contacts."""
+
+    _ranges: ClassVar[Ranges] = {"max_contact_data_count_per_prim": COUNT, "force_threshold": NOT_NEGATIVE}

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.markers import FRAME_MARKER_CFG, VisualizationMarkersCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
 from .frame_transformer import FrameTransformer
@@ -19,6 +21,8 @@ class OffsetCfg:
     """Position in m."""
     rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Orientation (w, x, y, z)."""
+
+    _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
 
 
 @configclass

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.markers import RED_ARROW_X_MARKER_CFG, VisualizationMarkersCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
 from .imu import Imu
@@ -22,6 +25,8 @@ class ImuCfg(SensorBaseCfg):
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         """Orientation (w, x, y, z)."""
 
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
+
     class_type: type = Imu
     offset: OffsetCfg = OffsetCfg()
     gravity_bias: tuple[float, float, float] = (0.0, 0.0, 9.81)
@@ -29,3 +34,5 @@ class ImuCfg(SensorBaseCfg):
     accelerometer reads; zero gives the acceleration itself."""
     visualizer_cfg: VisualizationMarkersCfg = RED_ARROW_X_MARKER_CFG.replace(prim_path="/Visuals/Imu")
     """Marker of the acceleration."""
+
+    _ranges: ClassVar[Ranges] = {"gravity_bias": FINITE}

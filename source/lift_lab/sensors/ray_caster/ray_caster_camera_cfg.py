@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, Ranges
 
 from .patterns import PinholeCameraPatternCfg
 from .ray_caster_camera import RayCasterCamera
@@ -23,6 +24,8 @@ class RayCasterCameraCfg(RayCasterCfg):
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         convention: Literal["opengl", "ros", "world"] = "ros"
+
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
 
     class_type: type = RayCasterCamera
     offset: OffsetCfg = OffsetCfg()

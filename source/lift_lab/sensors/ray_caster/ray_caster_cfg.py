@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.markers import RAY_CASTER_MARKER_CFG, VisualizationMarkersCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, POSITIVE_OR_INF, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
 from .patterns import PatternBaseCfg
@@ -24,6 +25,8 @@ class RayCasterCfg(SensorBaseCfg):
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
+
     class_type: type = RayCaster
     mesh_prim_paths: list[str] = MISSING
     offset: OffsetCfg = OffsetCfg()
@@ -34,3 +37,5 @@ class RayCasterCfg(SensorBaseCfg):
     drift_range: tuple[float, float] = (0.0, 0.0)
     ray_cast_drift_range: dict[str, tuple[float, float]] = {"x": (0.0, 0.0), "y": (0.0, 0.0), "z": (0.0, 0.0)}
     visualizer_cfg: VisualizationMarkersCfg = RAY_CASTER_MARKER_CFG.replace(prim_path="/Visuals/RayCaster")
+
+    _ranges: ClassVar[Ranges] = {"max_distance": POSITIVE_OR_INF, "drift_range ray_cast_drift_range": FINITE}

@@ -5,9 +5,10 @@ A None leaves what the USD file says. What MuJoCo has no counterpart for is list
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, NOT_NEGATIVE, NOT_NEGATIVE_OR_INF, Ranges
 
 
 @configclass
@@ -23,6 +24,11 @@ class ArticulationRootPropertiesCfg:
     stabilization_threshold: float | None = None
     fix_root_link: bool | None = None
     """True fixes the root link to the world; False frees it."""
+
+    _ranges: ClassVar[Ranges] = {
+        "solver_position_iteration_count solver_velocity_iteration_count": COUNT_OR_ZERO,
+        "sleep_threshold stabilization_threshold": NOT_NEGATIVE,
+    }
 
 
 @configclass
@@ -47,6 +53,12 @@ class RigidBodyPropertiesCfg:
     sleep_threshold: float | None = None
     stabilization_threshold: float | None = None
 
+    _ranges: ClassVar[Ranges] = {
+        "linear_damping angular_damping sleep_threshold stabilization_threshold": NOT_NEGATIVE,
+        "max_linear_velocity max_angular_velocity max_depenetration_velocity max_contact_impulse": NOT_NEGATIVE_OR_INF,
+        "solver_position_iteration_count solver_velocity_iteration_count": COUNT_OR_ZERO,
+    }
+
 
 @configclass
 class CollisionPropertiesCfg:
@@ -60,6 +72,11 @@ class CollisionPropertiesCfg:
     torsional_patch_radius: float | None = None
     min_torsional_patch_radius: float | None = None
 
+    _ranges: ClassVar[Ranges] = {
+        "contact_offset rest_offset": FINITE,
+        "torsional_patch_radius min_torsional_patch_radius": NOT_NEGATIVE,
+    }
+
 
 @configclass
 class MassPropertiesCfg:
@@ -69,6 +86,8 @@ class MassPropertiesCfg:
     """Mass in kg. The inertia is scaled with it."""
     density: float | None = None
     """Density of the colliders in kg/m^3, used when :attr:`mass` is None."""
+
+    _ranges: ClassVar[Ranges] = {"mass density": NOT_NEGATIVE}
 
 
 @configclass
@@ -84,6 +103,8 @@ class JointDrivePropertiesCfg:
     damping: float | None = None
     """Damping in N s/m or N m s/rad."""
 
+    _ranges: ClassVar[Ranges] = {"max_effort max_velocity": NOT_NEGATIVE_OR_INF, "stiffness damping": NOT_NEGATIVE}
+
 
 @configclass
 class FixedTendonPropertiesCfg:
@@ -96,6 +117,8 @@ class FixedTendonPropertiesCfg:
     offset: float | None = None
     rest_length: float | None = None
 
+    _ranges: ClassVar[Ranges] = {"stiffness damping limit_stiffness": NOT_NEGATIVE, "offset rest_length": FINITE}
+
 
 @configclass
 class SpatialTendonPropertiesCfg:
@@ -106,6 +129,8 @@ class SpatialTendonPropertiesCfg:
     damping: float | None = None
     limit_stiffness: float | None = None
     offset: float | None = None
+
+    _ranges: ClassVar[Ranges] = {"stiffness damping limit_stiffness": NOT_NEGATIVE, "offset": FINITE}
 
 
 @configclass
@@ -131,3 +156,16 @@ class DeformableBodyPropertiesCfg:
     contact_offset: float | None = None
     rest_offset: float | None = None
     max_depenetration_velocity: float | None = None
+
+    _ranges: ClassVar[Ranges] = {
+        (
+            "self_collision_filter_distance settling_threshold sleep_damping sleep_threshold vertex_velocity_damping"
+        ): NOT_NEGATIVE,
+        (
+            "solver_position_iteration_count simulation_hexahedral_resolution "
+            "collision_simplification_remeshing_resolution "
+            "collision_simplification_target_triangle_count"
+        ): COUNT_OR_ZERO,
+        "contact_offset rest_offset": FINITE,
+        "max_depenetration_velocity": NOT_NEGATIVE_OR_INF,
+    }

@@ -3,8 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import (
+    COUNT,
+    COUNT_OR_ZERO,
+    FINITE,
+    NOT_NEGATIVE,
+    NOT_NEGATIVE_OR_INF,
+    POSITIVE,
+    SPAN,
+    Ranges,
+)
 
 from ..sub_terrain_cfg import SubTerrainBaseCfg
 
@@ -18,6 +29,12 @@ class HfTerrainBaseCfg(SubTerrainBaseCfg):
     vertical_scale: float = 0.005
     slope_threshold: float | None = None
 
+    _ranges: ClassVar[Ranges] = {
+        "border_width": NOT_NEGATIVE,
+        "horizontal_scale vertical_scale": POSITIVE,
+        "slope_threshold": NOT_NEGATIVE_OR_INF,
+    }
+
 
 @configclass
 class HfRandomUniformTerrainCfg(HfTerrainBaseCfg):
@@ -27,6 +44,8 @@ class HfRandomUniformTerrainCfg(HfTerrainBaseCfg):
     noise_step: float = MISSING
     downsampled_scale: float | None = None
 
+    _ranges: ClassVar[Ranges] = {"noise_range": SPAN, "noise_step downsampled_scale": POSITIVE}
+
 
 @configclass
 class HfPyramidSlopedTerrainCfg(HfTerrainBaseCfg):
@@ -35,6 +54,8 @@ class HfPyramidSlopedTerrainCfg(HfTerrainBaseCfg):
     slope_range: tuple[float, float] = MISSING
     platform_width: float = 1.0
     inverted: bool = False
+
+    _ranges: ClassVar[Ranges] = {"slope_range": SPAN, "platform_width": NOT_NEGATIVE}
 
 
 @configclass
@@ -52,6 +73,8 @@ class HfPyramidStairsTerrainCfg(HfTerrainBaseCfg):
     step_width: float = MISSING
     platform_width: float = 1.0
     inverted: bool = False
+
+    _ranges: ClassVar[Ranges] = {"step_height_range": SPAN, "step_width": POSITIVE, "platform_width": NOT_NEGATIVE}
 
 
 @configclass
@@ -71,6 +94,12 @@ class HfDiscreteObstaclesTerrainCfg(HfTerrainBaseCfg):
     num_obstacles: int = MISSING
     platform_width: float = 1.0
 
+    _ranges: ClassVar[Ranges] = {
+        "obstacle_width_range obstacle_height_range": SPAN,
+        "num_obstacles": COUNT_OR_ZERO,
+        "platform_width": NOT_NEGATIVE,
+    }
+
 
 @configclass
 class HfWaveTerrainCfg(HfTerrainBaseCfg):
@@ -78,6 +107,8 @@ class HfWaveTerrainCfg(HfTerrainBaseCfg):
 
     amplitude_range: tuple[float, float] = MISSING
     num_waves: int = 1
+
+    _ranges: ClassVar[Ranges] = {"amplitude_range": SPAN, "num_waves": COUNT}
 
 
 @configclass
@@ -89,3 +120,9 @@ class HfSteppingStonesTerrainCfg(HfTerrainBaseCfg):
     stone_distance_range: tuple[float, float] = MISSING
     holes_depth: float = -10.0
     platform_width: float = 1.0
+
+    _ranges: ClassVar[Ranges] = {
+        "stone_height_max platform_width": NOT_NEGATIVE,
+        "stone_width_range stone_distance_range": SPAN,
+        "holes_depth": FINITE,
+    }

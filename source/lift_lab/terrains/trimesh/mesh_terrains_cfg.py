@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, POSITIVE, SPAN, Ranges
 
 from ..sub_terrain_cfg import SubTerrainBaseCfg
 
@@ -26,6 +27,12 @@ class MeshPyramidStairsTerrainCfg(SubTerrainBaseCfg):
     platform_width: float = 1.0
     holes: bool = False
 
+    _ranges: ClassVar[Ranges] = {
+        "border_width platform_width": NOT_NEGATIVE,
+        "step_height_range": SPAN,
+        "step_width": POSITIVE,
+    }
+
 
 @configclass
 class MeshInvertedPyramidStairsTerrainCfg(MeshPyramidStairsTerrainCfg):
@@ -41,6 +48,8 @@ class MeshRandomGridTerrainCfg(SubTerrainBaseCfg):
     platform_width: float = 1.0
     holes: bool = False
 
+    _ranges: ClassVar[Ranges] = {"grid_width": POSITIVE, "grid_height_range": SPAN, "platform_width": NOT_NEGATIVE}
+
 
 @configclass
 class MeshRailsTerrainCfg(SubTerrainBaseCfg):
@@ -49,6 +58,8 @@ class MeshRailsTerrainCfg(SubTerrainBaseCfg):
     rail_thickness_range: tuple[float, float] = MISSING
     rail_height_range: tuple[float, float] = MISSING
     platform_width: float = 1.0
+
+    _ranges: ClassVar[Ranges] = {"rail_thickness_range rail_height_range": SPAN, "platform_width": NOT_NEGATIVE}
 
 
 @configclass
@@ -59,6 +70,8 @@ class MeshPitTerrainCfg(SubTerrainBaseCfg):
     platform_width: float = 1.0
     double_pit: bool = False
 
+    _ranges: ClassVar[Ranges] = {"pit_depth_range": SPAN, "platform_width": NOT_NEGATIVE}
+
 
 @configclass
 class MeshBoxTerrainCfg(SubTerrainBaseCfg):
@@ -68,6 +81,8 @@ class MeshBoxTerrainCfg(SubTerrainBaseCfg):
     platform_width: float = 1.0
     double_box: bool = False
 
+    _ranges: ClassVar[Ranges] = {"box_height_range": SPAN, "platform_width": NOT_NEGATIVE}
+
 
 @configclass
 class MeshGapTerrainCfg(SubTerrainBaseCfg):
@@ -75,6 +90,8 @@ class MeshGapTerrainCfg(SubTerrainBaseCfg):
 
     gap_width_range: tuple[float, float] = MISSING
     platform_width: float = 1.0
+
+    _ranges: ClassVar[Ranges] = {"gap_width_range": SPAN, "platform_width": NOT_NEGATIVE}
 
 
 @configclass
@@ -86,6 +103,12 @@ class MeshFloatingRingTerrainCfg(SubTerrainBaseCfg):
     ring_thickness: float = MISSING
     platform_width: float = 1.0
 
+    _ranges: ClassVar[Ranges] = {
+        "ring_width_range ring_height_range": SPAN,
+        "ring_thickness": POSITIVE,
+        "platform_width": NOT_NEGATIVE,
+    }
+
 
 @configclass
 class MeshStarTerrainCfg(SubTerrainBaseCfg):
@@ -95,6 +118,12 @@ class MeshStarTerrainCfg(SubTerrainBaseCfg):
     bar_width_range: tuple[float, float] = MISSING
     bar_height_range: tuple[float, float] = MISSING
     platform_width: float = 1.0
+
+    _ranges: ClassVar[Ranges] = {
+        "num_bars": COUNT,
+        "bar_width_range bar_height_range": SPAN,
+        "platform_width": NOT_NEGATIVE,
+    }
 
 
 @configclass
@@ -108,6 +137,8 @@ class MeshRepeatedObjectsTerrainCfg(SubTerrainBaseCfg):
         num_objects: int = MISSING
         height: float = MISSING
 
+        _ranges: ClassVar[Ranges] = {"num_objects": COUNT, "height": POSITIVE}
+
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = MISSING
     object_params_start: ObjectCfg = MISSING
     object_params_end: ObjectCfg = MISSING
@@ -116,6 +147,13 @@ class MeshRepeatedObjectsTerrainCfg(SubTerrainBaseCfg):
     rel_height_noise: tuple[float, float] = (1.0, 1.0)
     platform_width: float = 1.0
     platform_height: float = -1.0
+
+    _ranges: ClassVar[Ranges] = {
+        "max_height_noise": NOT_NEGATIVE,
+        "abs_height_noise rel_height_noise": SPAN,
+        "platform_width": NOT_NEGATIVE,
+        "platform_height": FINITE,
+    }
 
 
 @configclass
@@ -129,6 +167,8 @@ class MeshRepeatedPyramidsTerrainCfg(MeshRepeatedObjectsTerrainCfg):
         radius: float = MISSING
         max_yx_angle: float = 0.0
         degrees: bool = True
+
+        _ranges: ClassVar[Ranges] = {"radius": POSITIVE, "max_yx_angle": NOT_NEGATIVE}
 
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = "cone"
     object_params_start: ObjectCfg = MISSING
@@ -147,6 +187,8 @@ class MeshRepeatedBoxesTerrainCfg(MeshRepeatedObjectsTerrainCfg):
         max_yx_angle: float = 0.0
         degrees: bool = True
 
+        _ranges: ClassVar[Ranges] = {"size": POSITIVE, "max_yx_angle": NOT_NEGATIVE}
+
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = "box"
     object_params_start: ObjectCfg = MISSING
     object_params_end: ObjectCfg = MISSING
@@ -163,6 +205,8 @@ class MeshRepeatedCylindersTerrainCfg(MeshRepeatedObjectsTerrainCfg):
         radius: float = MISSING
         max_yx_angle: float = 0.0
         degrees: bool = True
+
+        _ranges: ClassVar[Ranges] = {"radius": POSITIVE, "max_yx_angle": NOT_NEGATIVE}
 
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = "cylinder"
     object_params_start: ObjectCfg = MISSING

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
+
+from lift_lab.utils.ranges import FINITE, POSITIVE, Ranges
 
 from ..configclass import configclass
 from . import modifier
@@ -32,6 +34,8 @@ class DigitalFilterCfg(ModifierCfg):
     B: list[float] = MISSING
     """Weights of the present input and of past ones, latest first: the numerator of the transfer function."""
 
+    _ranges: ClassVar[Ranges] = {"A B": FINITE}
+
 
 @configclass
 class IntegratorCfg(ModifierCfg):
@@ -40,3 +44,5 @@ class IntegratorCfg(ModifierCfg):
     func: type[modifier.Integrator] = modifier.Integrator
     dt: float = MISSING
     """Time between two calls in s."""
+
+    _ranges: ClassVar[Ranges] = {"dt": POSITIVE}

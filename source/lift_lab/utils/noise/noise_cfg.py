@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 import torch
+
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..configclass import configclass
 from . import noise_model
@@ -30,6 +32,8 @@ class ConstantNoiseCfg(NoiseCfg):
     bias: torch.Tensor | float = 0.0
     """The constant; a tensor broadcasts against the data."""
 
+    _ranges: ClassVar[Ranges] = {"bias": FINITE}
+
 
 @configclass
 class UniformNoiseCfg(NoiseCfg):
@@ -41,6 +45,8 @@ class UniformNoiseCfg(NoiseCfg):
     n_max: torch.Tensor | float = 1.0
     """Greatest value; a tensor broadcasts against the data."""
 
+    _ranges: ClassVar[Ranges] = {"n_min n_max": FINITE}
+
 
 @configclass
 class GaussianNoiseCfg(NoiseCfg):
@@ -51,6 +57,8 @@ class GaussianNoiseCfg(NoiseCfg):
     """Mean; a tensor broadcasts against the data."""
     std: torch.Tensor | float = 1.0
     """Standard deviation; a tensor broadcasts against the data."""
+
+    _ranges: ClassVar[Ranges] = {"mean": FINITE, "std": NOT_NEGATIVE}
 
 
 @configclass

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.controllers import DifferentialIKControllerCfg, OperationalSpaceControllerCfg
 from lift_lab.managers import ActionTermCfg
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, Ranges
 
 from . import (
     binary_joint_actions,
@@ -33,6 +34,8 @@ class JointActionCfg(ActionTermCfg):
     """What is added to the scaled action: one number, or by joint name pattern (others have 0)."""
     preserve_order: bool = False
     """Whether the action's columns follow :attr:`joint_names`, and not the articulation's order."""
+
+    _ranges: ClassVar[Ranges] = {"scale offset": FINITE}
 
 
 @configclass
@@ -87,6 +90,8 @@ class JointPositionToLimitsActionCfg(ActionTermCfg):
     preserve_order: bool = False
     """Whether the action's columns follow :attr:`joint_names`, and not the articulation's order."""
 
+    _ranges: ClassVar[Ranges] = {"scale": FINITE}
+
 
 @configclass
 class EMAJointPositionToLimitsActionCfg(JointPositionToLimitsActionCfg):
@@ -96,6 +101,8 @@ class EMAJointPositionToLimitsActionCfg(JointPositionToLimitsActionCfg):
 
     alpha: float | dict[str, float] = 1.0
     """Weight of the new target in the average, within [0, 1]: one number, or by joint name pattern."""
+
+    _ranges: ClassVar[Ranges] = {"alpha": FRACTION}
 
 
 # -- grippers
@@ -113,6 +120,8 @@ class BinaryJointActionCfg(ActionTermCfg):
     """Target when closed, by joint name pattern; it must cover every joint."""
     min_close_time_s: float = 0.0
     """Time in s for which a gripper that closes ignores an action that opens it."""
+
+    _ranges: ClassVar[Ranges] = {"open_command_expr close_command_expr": FINITE, "min_close_time_s": NOT_NEGATIVE}
 
 
 @configclass
@@ -148,6 +157,11 @@ class AbsBinaryJointPositionActionCfg(ActionTermCfg):
     min_close_time_s: float = 0.0
     """Time in s for which a gripper that closes ignores an action that opens it."""
 
+    _ranges: ClassVar[Ranges] = {
+        "open_command_expr close_command_expr threshold": FINITE,
+        "min_close_time_s": NOT_NEGATIVE,
+    }
+
 
 # -- mobile bases
 
@@ -171,6 +185,8 @@ class NonHolonomicActionCfg(ActionTermCfg):
     offset: tuple[float, float] = (0.0, 0.0)
     """What is added to them."""
 
+    _ranges: ClassVar[Ranges] = {"scale offset": FINITE}
+
 
 # -- end effectors
 
@@ -188,6 +204,8 @@ class DifferentialInverseKinematicsActionCfg(ActionTermCfg):
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         """Orientation (w, x, y, z)."""
 
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
+
     class_type: type = task_space_actions.DifferentialInverseKinematicsAction
 
     joint_names: list[str] = MISSING
@@ -200,6 +218,8 @@ class DifferentialInverseKinematicsActionCfg(ActionTermCfg):
     """Factor of the raw action: one number, or one a column."""
     controller: DifferentialIKControllerCfg = MISSING
     """The controller's config."""
+
+    _ranges: ClassVar[Ranges] = {"scale": FINITE}
 
 
 @configclass
@@ -214,6 +234,8 @@ class OperationalSpaceControllerActionCfg(ActionTermCfg):
         """Position in m."""
         rot: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         """Orientation (w, x, y, z)."""
+
+        _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
 
     class_type: type = task_space_actions.OperationalSpaceControllerAction
 
@@ -241,6 +263,10 @@ class OperationalSpaceControllerActionCfg(ActionTermCfg):
     """Joint positions that a redundant arm's free motion is pulled to; needs the controller's
     ``nullspace_control="position"``."""
 
+    _ranges: ClassVar[Ranges] = {
+        "position_scale orientation_scale wrench_scale stiffness_scale damping_ratio_scale": FINITE,
+    }
+
 
 @configclass
 class SurfaceGripperBinaryActionCfg(ActionTermCfg):
@@ -252,3 +278,5 @@ class SurfaceGripperBinaryActionCfg(ActionTermCfg):
     """What opens the gripper."""
     close_command: float = 1.0
     """What closes it."""
+
+    _ranges: ClassVar[Ranges] = {"open_command close_command": FINITE}

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.managers import CommandTermCfg
 from lift_lab.markers import VisualizationMarkersCfg
 from lift_lab.markers.config import BLUE_ARROW_X_MARKER_CFG, FRAME_MARKER_CFG, GREEN_ARROW_X_MARKER_CFG
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, SPAN, Ranges
 
 from .null_command import NullCommand
 from .pose_2d_command import TerrainBasedPose2dCommand, UniformPose2dCommand
@@ -66,6 +68,8 @@ class UniformPoseCommandCfg(CommandTermCfg):
         yaw: tuple[float, float] = MISSING
         """Yaw in rad."""
 
+        _ranges: ClassVar[Ranges] = {"pos_x pos_y pos_z roll pitch yaw": SPAN}
+
     ranges: Ranges = MISSING
     """Where poses are drawn from."""
 
@@ -114,6 +118,8 @@ class UniformVelocityCommandCfg(CommandTermCfg):
         heading: tuple[float, float] | None = None
         """Heading in the world frame in rad."""
 
+        _ranges: ClassVar[Ranges] = {"lin_vel_x lin_vel_y ang_vel_z heading": SPAN}
+
     ranges: Ranges = MISSING
     """Where commands are drawn from."""
 
@@ -126,6 +132,8 @@ class UniformVelocityCommandCfg(CommandTermCfg):
         BLUE_ARROW_X_MARKER_CFG, "arrow", "/Visuals/Command/velocity_current", (0.5, 0.5, 0.5)
     )
     """Marker of the current velocity."""
+
+    _ranges: ClassVar[Ranges] = {"heading_control_stiffness": FINITE, "rel_standing_envs rel_heading_envs": FRACTION}
 
 
 @configclass
@@ -144,6 +152,8 @@ class NormalVelocityCommandCfg(UniformVelocityCommandCfg):
         """Standard deviations."""
         zero_prob: tuple[float, float, float] = MISSING
         """Probabilities of being zero."""
+
+        _ranges: ClassVar[Ranges] = {"mean_vel": FINITE, "std_vel": NOT_NEGATIVE, "zero_prob": FRACTION}
 
     ranges: Ranges = MISSING
     """Where commands are drawn from."""
@@ -172,6 +182,8 @@ class UniformPose2dCommandCfg(CommandTermCfg):
         heading: tuple[float, float] = MISSING
         """Heading in rad; not used with :attr:`simple_heading`."""
 
+        _ranges: ClassVar[Ranges] = {"pos_x pos_y heading": SPAN}
+
     ranges: Ranges = MISSING
     """Where poses are drawn from."""
 
@@ -193,6 +205,8 @@ class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
 
         heading: tuple[float, float] = MISSING
         """Heading in rad; not used with ``simple_heading``."""
+
+        _ranges: ClassVar[Ranges] = {"heading": SPAN}
 
     ranges: Ranges = MISSING
     """Where headings are drawn from."""

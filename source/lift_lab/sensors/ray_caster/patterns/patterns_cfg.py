@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, POSITIVE, SPAN, Ranges
 
 
 @configclass
@@ -22,6 +23,8 @@ class GridPatternCfg(PatternBaseCfg):
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
     ordering: Literal["xy", "yx"] = "xy"
 
+    _ranges: ClassVar[Ranges] = {"resolution": POSITIVE, "size": NOT_NEGATIVE, "direction": FINITE}
+
 
 @configclass
 class PinholeCameraPatternCfg(PatternBaseCfg):
@@ -35,6 +38,12 @@ class PinholeCameraPatternCfg(PatternBaseCfg):
     width: int = MISSING
     height: int = MISSING
 
+    _ranges: ClassVar[Ranges] = {
+        "focal_length horizontal_aperture vertical_aperture": POSITIVE,
+        "horizontal_aperture_offset vertical_aperture_offset": FINITE,
+        "width height": COUNT,
+    }
+
 
 @configclass
 class LidarPatternCfg(PatternBaseCfg):
@@ -45,6 +54,12 @@ class LidarPatternCfg(PatternBaseCfg):
     horizontal_fov_range: tuple[float, float] = MISSING
     horizontal_res: float = MISSING
 
+    _ranges: ClassVar[Ranges] = {
+        "channels": COUNT,
+        "vertical_fov_range horizontal_fov_range": SPAN,
+        "horizontal_res": POSITIVE,
+    }
+
 
 @configclass
 class BpearlPatternCfg(PatternBaseCfg):
@@ -53,3 +68,5 @@ class BpearlPatternCfg(PatternBaseCfg):
     horizontal_fov: float = 360.0
     horizontal_res: float = 10.0
     vertical_ray_angles: list[float] = [89.5 - 2.8125 * i for i in range(32)]
+
+    _ranges: ClassVar[Ranges] = {"horizontal_fov horizontal_res": POSITIVE, "vertical_ray_angles": FINITE}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any
+from typing import Any, ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE_OR_INF, Ranges
 
 from ... import schemas
 from .. import materials
@@ -28,6 +29,8 @@ class FileCfg(RigidObjectSpawnerCfg, DeformableObjectSpawnerCfg):
     """Isaac Lab's prim path of the visual material. A label here."""
     visual_material: materials.VisualMaterialCfg | None = None
     """Colour of everything drawn; None keeps the file's."""
+
+    _ranges: ClassVar[Ranges] = {"scale": FINITE}
 
 
 @configclass
@@ -53,6 +56,8 @@ class GroundPlaneCfg(SpawnerCfg):
     """Size drawn in m. The plane collides without end."""
     physics_material: materials.RigidBodyMaterialCfg = materials.RigidBodyMaterialCfg()
 
+    _ranges: ClassVar[Ranges] = {"color": NOT_NEGATIVE, "size": POSITIVE_OR_INF}
+
 
 @configclass
 class UrdfFileCfg(FileCfg):
@@ -75,6 +80,8 @@ class UrdfFileCfg(FileCfg):
     self_collision: bool = False
     replace_cylinders_with_capsules: bool = False
 
+    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}
+
 
 @configclass
 class MjcfFileCfg(FileCfg):
@@ -91,3 +98,5 @@ class MjcfFileCfg(FileCfg):
     fix_base: bool = MISSING
     import_sites: bool = True
     self_collision: bool = False
+
+    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 import mujoco
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..spawner_cfg import Spawned, SpawnerCfg
 
@@ -47,6 +48,8 @@ class LightCfg(SpawnerCfg):
     exposure: float = 0.0
     intensity: float = 1.0
 
+    _ranges: ClassVar[Ranges] = {"color color_temperature intensity": NOT_NEGATIVE, "exposure": FINITE}
+
 
 @configclass
 class DiskLightCfg(LightCfg):
@@ -55,6 +58,8 @@ class DiskLightCfg(LightCfg):
     prim_type = "DiskLight"
     radius: float = 0.5
 
+    _ranges: ClassVar[Ranges] = {"radius": NOT_NEGATIVE}
+
 
 @configclass
 class DistantLightCfg(LightCfg):
@@ -62,6 +67,8 @@ class DistantLightCfg(LightCfg):
 
     prim_type = "DistantLight"
     angle: float = 0.53
+
+    _ranges: ClassVar[Ranges] = {"angle": NOT_NEGATIVE}
 
 
 @configclass
@@ -83,6 +90,8 @@ class CylinderLightCfg(LightCfg):
     radius: float = 0.5
     treat_as_line: bool = False
 
+    _ranges: ClassVar[Ranges] = {"length radius": NOT_NEGATIVE}
+
 
 @configclass
 class SphereLightCfg(LightCfg):
@@ -91,3 +100,5 @@ class SphereLightCfg(LightCfg):
     prim_type = "SphereLight"
     radius: float = 0.5
     treat_as_point: bool = False
+
+    _ranges: ClassVar[Ranges] = {"radius": NOT_NEGATIVE}

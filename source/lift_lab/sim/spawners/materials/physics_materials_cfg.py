@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 
 @configclass
@@ -27,6 +28,12 @@ class RigidBodyMaterialCfg(PhysicsMaterialCfg):
     compliant_contact_stiffness: float = 0.0
     compliant_contact_damping: float = 0.0
 
+    _ranges: ClassVar[Ranges] = {
+        (
+            "static_friction dynamic_friction restitution compliant_contact_stiffness compliant_contact_damping"
+        ): NOT_NEGATIVE,
+    }
+
 
 @configclass
 class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
@@ -46,3 +53,9 @@ class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
     """Damping over stiffness in s."""
     damping_scale: float = 1.0
     """PhysX's factor on the damping. Has no effect here."""
+
+    _ranges: ClassVar[Ranges] = {
+        "density dynamic_friction elasticity_damping damping_scale": NOT_NEGATIVE,
+        "youngs_modulus": POSITIVE,
+        "poissons_ratio": Range(-1.0, 0.5, above=True, below=True),
+    }

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FRACTION, NOT_NEGATIVE, POSITIVE, Ranges
 
 
 @configclass
@@ -22,6 +24,8 @@ class PreviewSurfaceCfg(VisualMaterialCfg):
     metallic: float = 0.0
     opacity: float = 1.0
 
+    _ranges: ClassVar[Ranges] = {"diffuse_color emissive_color": NOT_NEGATIVE, "roughness metallic opacity": FRACTION}
+
 
 @configclass
 class MdlFileCfg(VisualMaterialCfg):
@@ -31,6 +35,8 @@ class MdlFileCfg(VisualMaterialCfg):
     project_uvw: bool | None = None
     albedo_brightness: float | None = None
     texture_scale: tuple[float, float] | None = None
+
+    _ranges: ClassVar[Ranges] = {"albedo_brightness texture_scale": NOT_NEGATIVE}
 
 
 @configclass
@@ -42,3 +48,5 @@ class GlassMdlCfg(VisualMaterialCfg):
     frosting_roughness: float = 0.0
     thin_walled: bool = False
     glass_ior: float = 1.491
+
+    _ranges: ClassVar[Ranges] = {"glass_color frosting_roughness": NOT_NEGATIVE, "glass_ior": POSITIVE}

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
+from typing import ClassVar
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .. import materials
 from ..spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg
@@ -29,3 +31,5 @@ class MeshCuboidCfg(MeshCfg):
 
     func: Callable = spawn_mesh_cuboid
     size: tuple[float, float, float] = MISSING
+
+    _ranges: ClassVar[Ranges] = {"size": POSITIVE}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE, POSITIVE_SPAN_OR_INF, Ranges
 
 from ..spawner_cfg import Spawned, SpawnerCfg
 
@@ -36,6 +37,13 @@ class PinholeCameraCfg(SpawnerCfg):
     vertical_aperture_offset: float = 0.0
     lock_camera: bool = True
 
+    _ranges: ClassVar[Ranges] = {
+        "clipping_range": POSITIVE_SPAN_OR_INF,
+        "focal_length horizontal_aperture vertical_aperture": POSITIVE,
+        "focus_distance f_stop": NOT_NEGATIVE,
+        "horizontal_aperture_offset vertical_aperture_offset": FINITE,
+    }
+
 
 @configclass
 class FisheyeCameraCfg(PinholeCameraCfg):
@@ -47,3 +55,8 @@ class FisheyeCameraCfg(PinholeCameraCfg):
     fisheye_optical_centre_x: float = 970.94244
     fisheye_optical_centre_y: float = 600.37482
     fisheye_max_fov: float = 200.0
+
+    _ranges: ClassVar[Ranges] = {
+        "fisheye_nominal_width fisheye_nominal_height fisheye_max_fov": POSITIVE,
+        "fisheye_optical_centre_x fisheye_optical_centre_y": FINITE,
+    }

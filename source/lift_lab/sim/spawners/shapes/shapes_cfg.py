@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Literal
+from typing import ClassVar, Literal
 
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .. import materials
 from ..spawner_cfg import RigidObjectSpawnerCfg
@@ -33,6 +34,8 @@ class SphereCfg(ShapeCfg):
     func: Callable = spawn_sphere
     radius: float = MISSING
 
+    _ranges: ClassVar[Ranges] = {"radius": POSITIVE}
+
 
 @configclass
 class CuboidCfg(ShapeCfg):
@@ -40,6 +43,8 @@ class CuboidCfg(ShapeCfg):
 
     func: Callable = spawn_cuboid
     size: tuple[float, float, float] = MISSING
+
+    _ranges: ClassVar[Ranges] = {"size": POSITIVE}
 
 
 @configclass
@@ -51,6 +56,8 @@ class CylinderCfg(ShapeCfg):
     height: float = MISSING
     axis: Literal["X", "Y", "Z"] = "Z"
 
+    _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}
+
 
 @configclass
 class CapsuleCfg(ShapeCfg):
@@ -61,6 +68,8 @@ class CapsuleCfg(ShapeCfg):
     height: float = MISSING
     axis: Literal["X", "Y", "Z"] = "Z"
 
+    _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}
+
 
 @configclass
 class ConeCfg(ShapeCfg):
@@ -70,3 +79,5 @@ class ConeCfg(ShapeCfg):
     radius: float = MISSING
     height: float = MISSING
     axis: Literal["X", "Y", "Z"] = "Z"
+
+    _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import FINITE, FRACTION, Ranges
 
 from ....device_base import DeviceBase
 from ....retargeter_base import RetargeterBase, RetargeterCfg
@@ -26,3 +29,8 @@ class Se3RelRetargeterCfg(RetargeterCfg):
     alpha_pos: float = 0.5
     alpha_rot: float = 0.5
     enable_visualization: bool = False
+
+    _ranges: ClassVar[Ranges] = {
+        "delta_pos_scale_factor delta_rot_scale_factor": FINITE,
+        "alpha_pos alpha_rot": FRACTION,
+    }

@@ -9,6 +9,7 @@ import torch
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
 from lift_lab.envs.mdp._tensors import block, columns, compact_index, range_limits, sample_ranges
 from lift_lab.utils import configclass
+from lift_lab.utils.ranges import POSITIVE, SPAN, Ranges
 from lift_lab.utils.rows import fill_rows
 from lift_lab.utils.versions import version_of
 
@@ -199,3 +200,5 @@ class ObjectPoseCommandCfg(UniformPoseCommandCfg):
     """An object above the second height (m, world) is held; below the first one after that, it was dropped."""
     smoothness_joint_names: list[str] = [".*"]
     """Joints whose accelerations are measured."""
+
+    _ranges: ClassVar[Ranges] = {"success_distance": POSITIVE, "pick_heights_m": SPAN}

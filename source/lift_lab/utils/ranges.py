@@ -1,0 +1,204 @@
+"""Ranges of the numbers in configuration classes.
+
+A configuration class declares them beside its fields, and ``validate`` checks them::
+
+    @configclass
+    class MotorCfg:
+        gear: float = 1.0
+        ratio: float = 0.5
+        _ranges: ClassVar[Ranges] = {"gear ratio": POSITIVE}
+
+A key names one field or several, separated by spaces. A sub-class inherits the ranges and may declare others. A number
+of no declared range, such as one in a term's ``params``, may be anything but NaN.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import typing
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+
+from .config_update import field_hints
+
+_NUMBERS = (int, float, np.integer, np.floating)
+
+
+@dataclass(frozen=True)
+class Range:
+    """Which numbers a field takes; of a list, tuple or dictionary, which each entry may be."""
+
+    low: float = -math.inf
+    """Least number."""
+    high: float = math.inf
+    """Greatest number."""
+    above: bool = False
+    """Whether ``low`` itself is left out."""
+    below: bool = False
+    """Whether ``high`` itself is left out."""
+    infinite: bool = False
+    """Whether infinite numbers are taken."""
+    whole: bool = False
+    """Whether only whole numbers are."""
+    ascending: bool = False
+    """Whether a pair needs its lower number first."""
+    least_entries: int = 0
+    """Entries that a list needs."""
+    also: tuple[float, ...] = ()
+    """Numbers outside of the range that are taken, too."""
+
+    def problem(self, path: str, value: Any) -> str | None:
+        """What is wrong with a value, in one line; None if nothing is.
+
+        Args:
+            path: name of the field.
+            value: a number, or a list, tuple, dictionary or tensor of numbers. Anything else is not looked at.
+        """
+        for name, number in numbers_in(path, value):
+            if not self._takes(number):
+                return f"{name} is {number:g}; it must be {self}"
+        if isinstance(value, (list, tuple)):
+            if len(value) < self.least_entries:
+                return f"{path} is empty; it needs at least {self.least_entries} entry"
+            pair = len(value) == 2 and all(isinstance(entry, _NUMBERS) for entry in value)
+            if self.ascending and pair and value[0] > value[1]:
+                return f"{path} is ({value[0]:g}, {value[1]:g}); the first number must not be above the second"
+        return None
+
+    def _takes(self, number: float) -> bool:
+        if number in self.also:
+            return True
+        if math.isnan(number) or (math.isinf(number) and not self.infinite):
+            return False
+        if self.whole and not isinstance(number, (int, np.integer)):
+            return False
+        low = number > self.low if self.above else number >= self.low
+        return low and (number < self.high if self.below else number <= self.high)
+
+    def __str__(self) -> str:
+        bounds = []
+        if self.low > -math.inf:
+            bounds.append(f"{'above' if self.above else 'at least'} {self.low:g}")
+        if self.high < math.inf:
+            bounds.append(f"{'below' if self.below else 'at most'} {self.high:g}")
+        kind = ["a whole number"] if self.whole and not bounds else []
+        if not self.infinite and self.high == math.inf and not self.whole:
+            kind = ["finite"]
+        text = " and ".join([*kind, *bounds]) or "a number"
+        return ", or ".join([text, *(f"{number:g}" for number in self.also)])
+
+
+Ranges = Mapping[str, Range]
+"""Ranges by the names of fields; a key may name several, separated by spaces."""
+
+FINITE = Range()
+"""Any number but NaN and infinity."""
+POSITIVE = Range(0.0, above=True)
+"""Above 0, finite."""
+POSITIVE_OR_INF = Range(0.0, above=True, infinite=True)
+"""Above 0."""
+NOT_NEGATIVE = Range(0.0)
+"""At least 0, finite."""
+NOT_NEGATIVE_OR_INF = Range(0.0, infinite=True)
+"""At least 0."""
+FRACTION = Range(0.0, 1.0)
+"""From 0 to 1."""
+COUNT = Range(1, whole=True)
+"""Whole, at least 1."""
+COUNT_OR_ZERO = Range(0, whole=True)
+"""Whole, at least 0."""
+WHOLE = Range(whole=True)
+"""Any whole number."""
+SIZES = Range(1, whole=True, least_entries=1)
+"""A list of at least one count."""
+SPAN = Range(ascending=True)
+"""A pair (low, high) of finite numbers."""
+SPAN_OR_INF = Range(ascending=True, infinite=True)
+"""A pair (low, high) of numbers."""
+POSITIVE_SPAN = Range(0.0, ascending=True)
+"""A pair (low, high) of finite numbers of at least 0."""
+POSITIVE_SPAN_OR_INF = Range(0.0, ascending=True, infinite=True)
+"""A pair (low, high) of numbers of at least 0."""
+SEED = Range(0, 2**32 - 1, whole=True, also=(-1,))
+"""Seed of random numbers; -1 draws one."""
+
+
+@functools.cache
+def ranges_of(cls: type) -> dict[str, Range]:
+    """Declared ranges of a configuration class, those of its bases included."""
+    found: dict[str, Range] = {}
+    for base in reversed(cls.__mro__):
+        for names, taken in vars(base).get("_ranges", {}).items():
+            found.update(dict.fromkeys(names.split(), taken))
+    return found
+
+
+@functools.cache
+def may_be_none(cls: type, name: str) -> bool:
+    """Whether a field may be None.
+
+    Fields with a declared range, and fields that hold a configuration in one of this project's own classes, follow
+    their annotation. Everything else may be None: a task removes a term or an asset that way.
+    """
+    hint = field_hints(cls).get(name)
+    if hint is None or hint is Any or type(None) in typing.get_args(hint):
+        return True
+    if name in ranges_of(cls):
+        return False
+    owner = next((base for base in cls.__mro__ if name in vars(base).get("__annotations__", {})), cls)
+    ours = owner.__module__.partition(".")[0] in ("lift_lab", "lift_lab_rl")
+    return not (ours and dataclasses.is_dataclass(hint))
+
+
+def numbers_in(path: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Numbers of a value with their paths, also in lists, tuples, dictionaries, tensors and arrays."""
+    if isinstance(value, bool):
+        return
+    if isinstance(value, _NUMBERS):
+        yield path, value
+    elif isinstance(value, (list, tuple)):
+        for index, entry in enumerate(value):
+            yield from numbers_in(f"{path}[{index}]", entry)
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            yield from numbers_in(f"{path}.{key}", entry)
+    elif isinstance(value, (torch.Tensor, np.ndarray)) and np.prod(value.shape) < 10_000:
+        yield from numbers_in(path, value.tolist())
+
+
+def first_problem(cfg: Any, path: str = "") -> str | None:
+    """The first number or None in a configuration that its field does not take, in one line; None if all are taken.
+
+    Args:
+        cfg: a configuration, or a list or dictionary of some.
+        path: where it is, put before the names.
+    """
+    if dataclasses.is_dataclass(cfg) and not isinstance(cfg, type):
+        ranges, cls = ranges_of(type(cfg)), type(cfg)
+        for name, value in vars(cfg).items():
+            inner = f"{path}.{name}" if path else name
+            if value is None and not may_be_none(cls, name):
+                return f"{inner} is null; " + (f"it must be {ranges[name]}" if name in ranges else "it cannot be")
+            known = ranges.get(name)
+            problem = first_problem(value, inner) if known is None else known.problem(inner, value)
+            if problem is not None:
+                return problem if known is None or may_be_none(cls, name) is False else f"{problem}, or null"
+        return None
+    if isinstance(cfg, (list, tuple, dict)):
+        entries = cfg.items() if isinstance(cfg, dict) else enumerate(cfg)
+        for key, entry in entries:
+            inner = f"{path}[{key}]" if not isinstance(cfg, dict) else f"{path}.{key}" if path else str(key)
+            problem = first_problem(entry, inner)
+            if problem is not None:
+                return problem
+        return None
+    for name, number in numbers_in(path, cfg):
+        if math.isnan(number):
+            return f"{name} is nan; it must be a number"
+    return None
