@@ -57,6 +57,8 @@ def parse():
     args, rest = parser.parse(words)
     if rest:
         parser.error(f"unexpected argument '{rest[0]}'")
+    if args.perturb_episodes is not None and not args.perturb:
+        parser.error("--perturb_episodes counts the episodes under each perturbation: add --perturb")
     return args, overrides
 
 
@@ -104,6 +106,7 @@ class Study:
         from lift_lab_rl.generalisation import parse_perturbation, perturb
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
         from lift_lab_tasks.utils.hydra import compose
+        from lift_lab_tasks.utils.runs import apply_flags
 
         for text in self.perturb:
             parse_perturbation(text)
@@ -117,6 +120,9 @@ class Study:
                 env_cfg, agents[label] = compose(variant.task, "rsl_rl_cfg_entry_point", words)
                 if text is not None:
                     perturb(env_cfg, text)
+                    continue
+                flags = argparse.Namespace(device=self.args.device, num_envs=self.args.num_envs)
+                apply_flags(env_cfg, agents[label], flags, variant.task, words, training=True)
         length = {label: self.args.max_iterations or agent.max_iterations for label, agent in agents.items()}
         for job in self.jobs:  # what an earlier call has trained is found when it is needed
             label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None

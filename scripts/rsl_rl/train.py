@@ -18,7 +18,7 @@ from cli_args import check_agent, make_parser, positive
 from video_args import add_video_args, apply_video_args
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import add_training_video_args
+from lift_lab.app.arguments import add_training_video_args, check_training_video_args
 
 START = time.perf_counter()
 
@@ -39,7 +39,9 @@ def parse():
     )
     add_training_video_args(parser)
     add_video_args(parser)
-    return parser.parse()
+    args, overrides = parser.parse()
+    check_training_video_args(parser, args)
+    return args, overrides
 
 
 def main() -> int:

@@ -17,7 +17,11 @@ LOGS = Path("logs") / "sb3"
 
 
 def parse():
-    return playing_parser(__doc__, "sb3", model="model.zip", numbered="model_N_steps.zip").parse()
+    parser = playing_parser(__doc__, "sb3", model="model.zip", numbered="model_N_steps.zip")
+    args, overrides = parser.parse()
+    if args.use_last_checkpoint and args.checkpoint is not None:
+        parser.error("--use_last_checkpoint and --checkpoint both name the model: give one")
+    return args, overrides
 
 
 def main() -> int:

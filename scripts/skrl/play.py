@@ -16,7 +16,11 @@ LOGS = Path("logs") / "skrl"
 
 
 def parse():
-    return playing_parser(__doc__, "skrl", model="best_agent.pt", numbered="agent_N.pt").parse()
+    parser = playing_parser(__doc__, "skrl", model="best_agent.pt", numbered="agent_N.pt")
+    args, overrides = parser.parse()
+    if args.use_last_checkpoint and args.checkpoint is not None:
+        parser.error("--use_last_checkpoint and --checkpoint both name the model: give one")
+    return args, overrides
 
 
 def main() -> int:

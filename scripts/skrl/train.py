@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 from lift_lab.app import AppLauncher, cli
 from lift_lab.app.arguments import check_training_args, training_parser
@@ -42,7 +43,7 @@ def main() -> int:
     from lift_lab_rl.video import require_video
     from lift_lab_tasks.utils.hydra import compose
     from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
-    from lift_lab_tasks.utils.runs import make_run_dir
+    from lift_lab_tasks.utils.runs import check_run_names, discard_empty_parents, make_run_dir
 
     env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
     apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
@@ -61,6 +62,7 @@ def main() -> int:
     experiment = agent_cfg["agent"]["experiment"]
     parent = LOGS / (args.experiment_name or experiment["directory"] or task_folder(args.task))
     name = args.run_name or experiment["experiment_name"]
+    check_run_names(SimpleNamespace(experiment_name=experiment["directory"] or None, run_name=name))
     run_dir = make_run_dir(parent, agent_cfg["agent"]["class"].lower(), "torch", name)
     experiment["directory"], experiment["experiment_name"] = str(run_dir.parent), run_dir.name
     env_cfg.log_dir = str(run_dir)
@@ -87,6 +89,7 @@ def main() -> int:
             env.close()
         if not (run_dir / "params").is_dir():  # refused: skrl's agent has begun an event file
             shutil.rmtree(run_dir)
+            discard_empty_parents(run_dir)
         launcher.app.close()
     return 0
 

@@ -208,5 +208,5 @@ def test_a_span_of_no_length_is_a_jump():
 def test_a_span_that_ends_before_it_begins_is_refused():
     cfg = AgentCfg()
     cfg.algorithm.anneal_iterations = (5, 3)
-    with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations: \(5, 3\)"):
+    with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations is \(5, 3\)"):
         to_rsl_rl(cfg)

@@ -7,6 +7,9 @@ import argparse
 from .app_launcher import AppLauncher
 from .cli import Parser
 
+TRAINING_VIDEO = {"video_length": 200, "video_interval": 2000}
+"""Flags of the videos of a training and their defaults, in steps."""
+
 
 def task_parser(description: str | None, agent: str, logs: str) -> Parser:
     """A parser with the flags of every script that runs a task with an agent.
@@ -50,6 +53,7 @@ def check_training_args(
     """Return the flags and overrides of :func:`training_parser`'s parser, or end with one line where they disagree."""
     if args.trust and args.checkpoint is None:
         parser.error("--trust says how a checkpoint is read: add --checkpoint")
+    check_training_video_args(parser, args)
     return args, overrides
 
 
@@ -82,8 +86,24 @@ def _library_parser(description: str | None, library: str) -> Parser:
 def add_training_video_args(parser: argparse.ArgumentParser) -> None:
     """Add the flags that film a training."""
     parser.add_argument("--video", action="store_true", help="make videos while training, in a process of their own")
-    parser.add_argument("--video_length", type=positive, default=200, help="steps in a video")
-    parser.add_argument("--video_interval", type=positive, default=2000, help="steps between the starts of two videos")
+    length, interval = TRAINING_VIDEO.values()
+    parser.add_argument(
+        "--video_length", type=positive, default=None, help=f"steps in a video (default: {length}); needs --video"
+    )
+    parser.add_argument(
+        "--video_interval",
+        type=positive,
+        default=None,
+        help=f"steps between the starts of two videos (default: {interval}); needs --video",
+    )
+
+
+def check_training_video_args(parser: Parser, args: argparse.Namespace) -> None:
+    """End with one line where a flag of the videos is given without ``--video``; set the others to their defaults."""
+    for name, default in TRAINING_VIDEO.items():
+        if getattr(args, name) is not None and not args.video:
+            parser.error(f"--{name} says what a video shows: add --video")
+        setattr(args, name, getattr(args, name) or default)
 
 
 def positive(text: str) -> int:

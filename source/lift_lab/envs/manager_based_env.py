@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 import torch
 
 from lift_lab.managers import ActionManager, EventManager, ObservationManager, RecorderManager
@@ -13,8 +14,10 @@ from lift_lab.scene import InteractiveScene
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.ignored import note_ignored, report_ignored
 from lift_lab.sim.physics.base import ids_tensor
+from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.seed import configure_seed
 
+from .arguments import action_tensor
 from .common import VecEnvObs
 from .grad_mode import in_any_grad_mode
 from .manager_based_env_cfg import ManagerBasedEnvCfg
@@ -55,6 +58,9 @@ class ManagerBasedEnv:
     """What is returned besides observations; ``extras["log"]`` is what the last resets logged."""
     obs_buf: VecEnvObs
     """The last observations."""
+    event_modes: ClassVar[tuple[str, ...] | None] = ("prestartup", "startup", "reset", "interval")
+    """Modes of events that this environment applies; an event of another mode is an error. A sub-class that applies
+    modes of its own lists them here, or None for any."""
 
     def __init__(self, cfg: ManagerBasedEnvCfg):
         """Build the scene, start the simulation and create the managers.
@@ -88,6 +94,7 @@ class ManagerBasedEnv:
         self.scene = InteractiveScene(self.cfg.scene)
         self._create_buffers()
         self.event_manager = EventManager(self.cfg.events, self)
+        self._check_event_modes()
         if "prestartup" in self.event_manager.available_modes:
             self.event_manager.apply(mode="prestartup")
         self.event_manager.prepare_model()
@@ -98,6 +105,15 @@ class ManagerBasedEnv:
         terms = [self.action_manager.get_term(name) for name in self.action_manager.active_terms]
         self._actions_are_constant = all(term.constant_over_substeps for term in terms)
         self._apply_startup_events()
+
+    def _check_event_modes(self) -> None:
+        """Find events that nobody would ever apply."""
+        for mode, names in self.event_manager.active_terms.items():
+            if self.event_modes is not None and mode not in self.event_modes:
+                raise ConfigError(
+                    f"env.events.{names[0]}.mode is '{mode}', which nothing applies; {suggest(mode, self.event_modes)} "
+                    f"(an environment class lists modes of its own in event_modes)"
+                )
 
     def _create_buffers(self) -> None:
         """Make what terms may read while the managers are created."""
@@ -216,7 +232,7 @@ class ManagerBasedEnv:
         return self._after_reset(ids)
 
     @in_any_grad_mode
-    def step(self, action: torch.Tensor) -> tuple[VecEnvObs, dict[str, Any]]:
+    def step(self, action: torch.Tensor | np.ndarray | Sequence) -> tuple[VecEnvObs, dict[str, Any]]:
         """Advance by one environment step.
 
         Args:
@@ -224,8 +240,11 @@ class ManagerBasedEnv:
 
         Returns:
             Observations and extras.
+
+        Raises:
+            ValueError: the action has another shape, or is not made of numbers.
         """
-        self.action_manager.process_action(action.detach().to(self.device))
+        self.action_manager.process_action(action_tensor(action, self.device))
         self.recorder_manager.record_pre_step()
         self._step_physics()
         if "interval" in self.event_manager.available_modes:

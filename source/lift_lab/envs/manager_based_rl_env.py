@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
 import torch
+from gymnasium.utils import seeding
 
 from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.read_back import where_true
 from lift_lab.utils.rows import fill_rows
 
-from .common import VecEnvStepReturn
+from .arguments import action_tensor, new_cfg
+from .common import VecEnvObs, VecEnvStepReturn
 from .filming import render_view
 from .grad_mode import in_any_grad_mode
 from .manager_based_env import ManagerBasedEnv
@@ -57,13 +60,13 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     observations that it returns, but before the resets. Only the rows of environments whose episode ended mean
     anything. Libraries' wrappers set it; it costs one more pass over the observation terms in such steps."""
 
-    def __init__(self, cfg: ManagerBasedRLEnvCfg, render_mode: str | None = None, **kwargs: Any):
+    def __init__(self, cfg: ManagerBasedRLEnvCfg | None = None, render_mode: str | None = None, **kwargs: Any):
         """Build the environment.
 
         Args:
-            cfg: the config.
+            cfg: the config; None for a new one of ``env_cfg_entry_point``.
             render_mode: None, or ``"rgb_array"`` for frames.
-            **kwargs: gymnasium's; not used.
+            **kwargs: what the task was registered with.
 
         Raises:
             TypeError: the config lacks values; the message lists the path of each.
@@ -73,7 +76,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         if render_mode is not None and render_mode not in modes:
             raise ConfigError(f"unknown render_mode '{render_mode}': {suggest(render_mode, modes)}")
         self.render_mode = render_mode
-        super().__init__(cfg)
+        super().__init__(new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg)
         self.metadata = {**type(self).metadata, "render_fps": 1.0 / self.step_dt}
 
     def _create_buffers(self) -> None:
@@ -92,6 +95,10 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.sim.physics.mends_failures = self.sim.physics.name == "warp"
         self.command_manager = CommandManager(self.cfg.commands, self)
         super().load_managers()
+        if not self.action_manager.total_action_dim:
+            raise ConfigError("env.actions has no term: a policy needs something to decide")
+        if not self.observation_manager.active_terms:
+            raise ConfigError("env.observations has no group: a policy needs something to see")
         self.termination_manager = TerminationManager(self.cfg.terminations, self)
         self.reward_manager = RewardManager(self.cfg.rewards, self)
         self.curriculum_manager = CurriculumManager(self.cfg.curriculum, self)
@@ -138,8 +145,23 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
     # -- running
 
+    def reset(
+        self,
+        seed: int | None = None,
+        env_ids: Sequence[int] | torch.Tensor | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[VecEnvObs, dict[str, Any]]:
+        """Reset environments and observe; see :meth:`ManagerBasedEnv.reset`.
+
+        A seed goes to ``self.np_random`` too, gymnasium's generator, which nothing in this project draws from.
+        """
+        if seed is not None:
+            seed = self.seed(seed)
+            self._np_random, self._np_random_seed = seeding.np_random(seed)
+        return super().reset(seed, env_ids, options)
+
     @in_any_grad_mode
-    def step(self, action: torch.Tensor) -> VecEnvStepReturn:  # type: ignore[override]
+    def step(self, action: torch.Tensor | np.ndarray | Sequence) -> VecEnvStepReturn:  # type: ignore[override]
         """Advance by one environment step and reset the environments whose episode ended.
 
         The order makes rewards and terminations read the kinematics of the state just reached, and the observations
@@ -152,8 +174,11 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
         Returns:
             Observations, rewards, terminated, truncated and extras.
+
+        Raises:
+            ValueError: the action has another shape, or is not made of numbers.
         """
-        self.action_manager.process_action(action.detach().to(self.device))
+        self.action_manager.process_action(action_tensor(action, self.device))
         self.recorder_manager.record_pre_step()
         self._failures = {}
         self._step_physics()

@@ -6,15 +6,14 @@ For gymnasium's vector wrappers and for libraries written against them: numpy ar
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 from gymnasium.vector import VectorEnv
 
 from lift_lab.utils.errors import ConfigError, suggest
 
+from .arguments import new_cfg
 from .manager_based_rl_env import ManagerBasedRLEnv
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ class ManagerBasedRLVectorEnv(VectorEnv):
         Raises:
             ConfigError: there is no config, or no group of that name.
         """
-        cfg = _new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg.copy()  # type: ignore[attr-defined]
+        cfg = new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg.copy()  # type: ignore[attr-defined]
         assert cfg is not None
         if num_envs is not None:
             cfg.scene.num_envs = num_envs
@@ -85,6 +84,8 @@ class ManagerBasedRLVectorEnv(VectorEnv):
         """
         if seed is not None and not isinstance(seed, (int, np.integer)):
             raise ConfigError("reset takes one seed: the environments share their random numbers")
+        if seed is not None and seed >= 0:
+            super().reset(seed=int(seed))
         env_ids = None
         if options is not None and "reset_mask" in options:
             mask = options["reset_mask"]
@@ -104,7 +105,6 @@ class ManagerBasedRLVectorEnv(VectorEnv):
         Returns:
             Observations, rewards, terminated, truncated and infos.
         """
-        actions = torch.as_tensor(np.asarray(actions), dtype=torch.float32, device=self.env.device)
         obs, rewards, terminated, truncated, extras = self.env.step(actions)
         infos: dict[str, Any] = {}
         done = (terminated | truncated).cpu().numpy()
@@ -136,15 +136,6 @@ class ManagerBasedRLVectorEnv(VectorEnv):
 
     def __str__(self) -> str:
         return f"{type(self).__name__}(num_envs={self.num_envs})"
-
-
-def _new_cfg(entry: Any) -> Any:
-    if entry is None:
-        raise ConfigError("no config: pass cfg, or register the task with 'env_cfg_entry_point'")
-    if isinstance(entry, str):
-        module, _, name = entry.partition(":")
-        entry = getattr(importlib.import_module(module), name)
-    return entry() if callable(entry) else entry.copy()
 
 
 def _to_numpy(obs: Any) -> Any:

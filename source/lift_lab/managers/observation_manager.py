@@ -198,6 +198,8 @@ class ObservationManager(ManagerBase):
             self._group_obs_term_history_buffer[group] = {}
             for name, cfg in self._term_items(ObservationTermCfg, group_cfg, _GROUP_SETTINGS):
                 self._prepare_term(group, name, cfg, group_cfg)
+            if not self._group_obs_term_names[group]:
+                raise ConfigError(f"env.observations.{group} has no term: set the group to None to leave it out")
 
     def _prepare_term(self, group: str, name: str, cfg: ObservationTermCfg, group_cfg: ObservationGroupCfg) -> None:
         path = f"{group}/{name}"

@@ -16,6 +16,7 @@ from lift_lab.assets import Articulation, AssetBase, AssetBaseCfg, DeformableObj
 from lift_lab.sensors import SensorBase, SensorBaseCfg
 from lift_lab.sensors.sensor_base import AssetPath
 from lift_lab.sim import SimulationContext, note_ignored
+from lift_lab.sim.physics.memory import LEAST_BYTES, check_fits
 from lift_lab.terrains import TerrainImporter, TerrainImporterCfg
 from lift_lab.terrains.terrain_importer import grid_origins
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
@@ -36,13 +37,15 @@ class InteractiveScene:
         """Build all entities.
 
         Raises:
-            ConfigError: no simulation exists yet, or an entity cannot be built.
+            ConfigError: no simulation exists yet, an entity cannot be built, or the environments
+                cannot fit into memory.
         """
         sim = SimulationContext.instance()
         if sim is None:
             raise ConfigError("make a SimulationContext before an InteractiveScene")
         if not isinstance(cfg.num_envs, int) or cfg.num_envs < 1:
             raise ConfigError(f"scene.num_envs must be a positive integer, got {cfg.num_envs}")
+        check_fits("scene.num_envs", cfg.num_envs, LEAST_BYTES, sim.device)
         self.cfg = cfg
         self.sim = sim
         self.num_envs = cfg.num_envs

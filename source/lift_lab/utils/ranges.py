@@ -151,9 +151,18 @@ def may_be_none(cls: type, name: str) -> bool:
         return True
     if name in ranges_of(cls):
         return False
-    owner = next((base for base in cls.__mro__ if name in vars(base).get("__annotations__", {})), cls)
-    ours = owner.__module__.partition(".")[0] in ("lift_lab", "lift_lab_rl")
-    return not (ours and dataclasses.is_dataclass(hint))
+    for base in cls.__mro__:
+        ours = base.__module__.partition(".")[0] in ("lift_lab", "lift_lab_rl")
+        if ours and name in vars(base).get("__annotations__", {}):
+            hint = field_hints(base).get(name)
+            if dataclasses.is_dataclass(hint) and not _is_term(hint):
+                return False
+    return True
+
+
+def _is_term(cls: Any) -> bool:
+    """Whether a class configures a term of a manager, which may be left out."""
+    return any(base.__name__.endswith(("TermCfg", "TermBaseCfg")) for base in cls.__mro__)
 
 
 def numbers_in(path: str, value: Any) -> Iterator[tuple[str, Any]]:

@@ -39,8 +39,9 @@ from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
 from .run_files import remove_old_states, state_name, trained_with
 from .run_logger import RunLogger
+from .runner_checks import check_environment
 from .saving import CheckpointSaver
-from .time_outs import FINAL_OBS, check_final_obs, providing_final_obs
+from .time_outs import providing_final_obs
 
 
 class LiftLabRunner(OnPolicyRunner):
@@ -91,8 +92,7 @@ class LiftLabRunner(OnPolicyRunner):
         if torch.device(device).type == "cpu":
             use_one_torch_thread()
         self._configure_multi_gpu()
-        self._check_actions()
-        self._check_final_obs()
+        check_environment(env, train_cfg, device, saves=log_dir is not None)
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
@@ -253,20 +253,6 @@ class LiftLabRunner(OnPolicyRunner):
             self.logger.drop_rollout()
             raise
         return losses
-
-    def _check_actions(self) -> None:
-        """What is given for each action has to be given for each of this environment's actions."""
-        noise = self.cfg["actor"].get("distribution_cfg", {}).get("init_std")
-        for name, given in (("init_noise_std", noise), ("init_action_mean", self.cfg.get("init_action_mean"))):
-            if isinstance(given, (torch.Tensor, list)) and torch.as_tensor(given).shape != (self.env.num_actions,):
-                raise ConfigError(
-                    f"agent.policy.{name}: {len(given)} values for {self.env.num_actions} actions; give one for each"
-                    + (", or a single one" if name == "init_noise_std" else "")
-                )
-
-    def _check_final_obs(self) -> None:
-        if self.cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:
-            check_final_obs(self.env)
 
     def _set_action_mean(self) -> None:
         """Let a new actor begin about the mean that is configured."""

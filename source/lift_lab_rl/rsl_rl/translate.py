@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import torch
-from rsl_rl.utils import resolve_nn_activation
+from rsl_rl.utils import resolve_callable, resolve_nn_activation
 
 from lift_lab.utils.errors import ConfigError, suggest
 
@@ -53,11 +53,6 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
     plain["init_action_mean"] = cfg.policy.init_action_mean
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
-    if not 0.0 <= cfg.average_share < 1.0:
-        raise ConfigError(f"agent.average_share: expected 0 <= share < 1, got {cfg.average_share}")
-    for name in ("save_interval", "num_steps_per_env"):
-        if getattr(cfg, name) < 1:
-            raise ConfigError(f"agent.{name} is {getattr(cfg, name)}; it must be at least 1")
     plain["annealing"] = _annealing(plain["algorithm"])
     plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
     plain["logger"] = _logger(cfg)
@@ -114,6 +109,8 @@ def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, lis
     for key, value in resolved.items():
         if key not in _OBS_SETS:
             raise ConfigError(f"agent.obs_groups: no network takes '{key}'; {suggest(key, ['policy', *_OBS_SETS])}")
+        if not value:
+            raise ConfigError(f"agent.obs_groups.{key} is empty; {suggest('', names)}")
         for name in value:
             if name not in names:
                 raise ConfigError(
@@ -129,16 +126,12 @@ def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
         ``iterations`` (first and last), and name -> (initial, final value) under ``values``.
     """
     start, end = algorithm.pop("anneal_iterations")
-    if not 0 <= start <= end:
-        raise ConfigError(f"agent.algorithm.anneal_iterations: ({start}, {end}) is no span of iterations")
     values = {}
     for name in ("entropy_coef", "desired_kl", "gamma"):
         final = algorithm.pop(f"{name}_final")
         if final is not None:
             values[name] = (algorithm[name], final)
     clip, clip_start = algorithm["advantage_clip"], algorithm.pop("advantage_clip_start")
-    if clip_start < 0:
-        raise ConfigError(f"agent.algorithm.advantage_clip_start is {clip_start}; it must be at least 0")
     if clip is not None and algorithm["normalize_advantage_per_mini_batch"]:
         raise ConfigError("agent.algorithm.advantage_clip needs normalize_advantage_per_mini_batch=False")
     return {"iterations": (start, end), "values": values, "advantage_clip": (clip, clip_start)}
@@ -148,9 +141,6 @@ def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, 
     if algorithm["schedule"] not in ("adaptive", "fixed"):
         hint = suggest(algorithm["schedule"], ["adaptive", "fixed"])
         raise ConfigError(f"agent.algorithm.schedule: no schedule '{algorithm['schedule']}'; {hint}")
-    for name in ("num_learning_epochs", "num_mini_batches"):
-        if algorithm[name] < 1:
-            raise ConfigError(f"agent.algorithm.{name} is {algorithm[name]}; it must be at least 1")
     if algorithm["time_out_bootstrap"] not in (PREVIOUS_OBS, FINAL_OBS):
         hint = suggest(algorithm["time_out_bootstrap"], [PREVIOUS_OBS, FINAL_OBS])
         raise ConfigError(f"agent.algorithm.time_out_bootstrap: no form '{algorithm['time_out_bootstrap']}'; {hint}")
@@ -161,6 +151,10 @@ def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, 
     for name, off, written in (*rsl_rls, ("time_out_bootstrap", PREVIOUS_OBS, PREVIOUS_OBS)):
         if algorithm.pop(name, off) != off:
             raise ConfigError(f"agent.algorithm.{name}: {owner} does not know it; set it to {written}")
+    try:
+        resolve_callable(owner)
+    except (ValueError, ImportError, AttributeError) as error:
+        raise ConfigError(f"agent.algorithm.class_name: no algorithm '{owner}'; use 'PPO' or 'module:Class'") from error
     return algorithm
 
 

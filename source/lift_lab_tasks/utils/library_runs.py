@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from lift_lab.utils.errors import ConfigError, FileError
+from lift_lab_rl.library_ranges import check_library_cfg
 
 from .parse_cfg import get_checkpoint_path, names_path
-from .runs import apply_flags, check_given_once
+from .runs import apply_flags, check_given_once, check_run_names
 
 
 def task_folder(task: str) -> str:
@@ -72,7 +73,8 @@ def apply_dict_flags(
         training: whether a policy is trained, not shown.
 
     Raises:
-        ConfigError: the agent's configuration is not a dictionary, or a flag and an override differ.
+        ConfigError: the agent's configuration is not a dictionary, a flag and an override differ, or a setting is
+            outside of its range.
     """
     if not isinstance(agent_cfg, dict):
         raise ConfigError(f"--agent {args.agent} is a {type(agent_cfg).__name__}: this library reads dictionaries")
@@ -82,3 +84,5 @@ def apply_dict_flags(
         agent_cfg["seed"] = env_cfg.seed
     elif agent_cfg.get("seed") is not None:
         env_cfg.seed = agent_cfg["seed"]
+    check_library_cfg(agent_cfg)
+    check_run_names(args)

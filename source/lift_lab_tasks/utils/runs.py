@@ -37,6 +37,12 @@ PRETRAINED = "pretrained"
 _WORDS = ("latest", "best", PRETRAINED)
 """What a user may call a checkpoint instead of a file."""
 
+_FOLDER, _PART = re.compile(r"[^\\\x00-\x1f\x7f-\x9f]+"), re.compile(r"[^/\\\x00-\x1f\x7f-\x9f]+")
+"""Names of folders, and parts of the name of one."""
+
+_LONGEST = 200
+"""Bytes in a name; file systems take 255, and a run's folder begins with the time."""
+
 _NO_MATTER = {
     "agent": {
         *("max_iterations", "save_interval", "keep_resume_states", "resume", "load_run", "load_checkpoint"),
@@ -83,6 +89,9 @@ def make_run_dir(parent: Path, *parts: str | None) -> Path:
             folder.mkdir(parents=True)
             return folder
         except OSError as error:
+            if isinstance(error, FileNotFoundError) and number < 3:  # another run removed the empty parent
+                number += 1
+                continue
             if not folder.is_dir():
                 raise FileError(f"cannot make the folder '{folder}': {error.strerror}") from error
         number += 1
@@ -90,10 +99,46 @@ def make_run_dir(parent: Path, *parts: str | None) -> Path:
 
 
 def discard_if_empty(folder: Path) -> None:
-    """Remove the folder of a run that wrote nothing but what it was to be made of."""
+    """Remove the folder of a run that wrote nothing but what it was to be made of.
+
+    The folders around it that are empty then go too, up to ``logs``.
+    """
     with contextlib.suppress(OSError):
         if {entry.name for entry in folder.iterdir()} <= {"params"}:
             shutil.rmtree(folder)
+            discard_empty_parents(folder)
+
+
+def discard_empty_parents(folder: Path) -> None:
+    """Remove the folders around one that is gone, as far as they are empty, up to ``logs``."""
+    with contextlib.suppress(OSError):
+        for parent in folder.absolute().parents:
+            if not parent.is_relative_to(LOG_ROOT.parent.absolute()):
+                break
+            parent.rmdir()
+
+
+def check_run_names(names: Any) -> None:
+    """Check the names that folders are made of.
+
+    Args:
+        names: has ``experiment_name``, a folder below that of all runs, and ``run_name``, a part of a folder's name;
+            those that are missing or None are not looked at.
+
+    Raises:
+        ConfigError: a name leaves the folder, holds control characters, or is too long.
+    """
+    for key, allowed in (("experiment_name", _FOLDER), ("run_name", _PART)):
+        name = getattr(names, key, None)
+        if name is None or (key == "run_name" and name == ""):
+            continue
+        parts = name.split("/")
+        wrong = not allowed.fullmatch(name) or any(part in ("", ".", "..") or part != part.strip() for part in parts)
+        if wrong or any(len(part.encode()) > _LONGEST for part in parts):
+            kind = "folders below that of all runs" if key == "experiment_name" else "a part of a folder's name"
+            raise ConfigError(
+                f"{key} {name[:80]!r} cannot name {kind}: no '..', control characters or more than {_LONGEST} bytes"
+            )
 
 
 def pretrained_name(task: str) -> str:
@@ -312,8 +357,9 @@ def apply_flags(
     check_given_once(env_cfg, agent_cfg, args, overrides)
     if not training:
         leave_out_exploration(env_cfg, overrides)
-    if getattr(args, "device", None):
-        env_cfg.sim.device = args.device
+    given = getattr(args, "device", None)
+    if given is not None:
+        env_cfg.sim.device = given
     env_cfg.sim.device = resolve_device(env_cfg.sim.device)
     if getattr(args, "num_envs", None) is not None:
         env_cfg.scene.num_envs = args.num_envs
@@ -339,10 +385,11 @@ def apply_flags(
         agent_cfg.experiment_name = args.experiment_name
     if getattr(args, "num_threads", None) is not None:
         agent_cfg.num_threads = args.num_threads
-    if agent_cfg.device == "auto" or getattr(args, "device", None):
+    if agent_cfg.device == "auto" or given is not None:
         agent_cfg.device = env_cfg.sim.device
     agent_cfg.device = resolve_device(agent_cfg.device)
     validate(agent_cfg, "agent")
+    check_run_names(agent_cfg)
 
 
 def fingerprint(env_cfg: Any, agent_cfg: Any) -> Settings:

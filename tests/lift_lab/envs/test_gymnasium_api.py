@@ -7,6 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
+from gymnasium.utils import seeding
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers import vector as vector_wrappers
@@ -118,8 +119,19 @@ class OneEnv(gym.Env):
         self.action_space = vector.single_action_space
         self.render_mode = None
 
+    @property
+    def np_random_seed(self):
+        return self.vector.np_random_seed
+
+    @property
+    def _np_random(self):
+        return self.vector.np_random
+
+    @_np_random.setter
+    def _np_random(self, generator):
+        assert generator is None  # what gymnasium's class begins with
+
     def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
         obs, _ = self.vector.reset(seed=seed, options=options)
         return {key: value[0] for key, value in obs.items()}, {}
 
@@ -134,6 +146,53 @@ def test_gymnasiums_checker_finds_nothing_wrong(arm, opened, recwarn):
     told = [str(warning.message) for warning in recwarn if "gymnasium" in warning.filename or "Gym" in str(warning)]
     about_bounds = ("infinity", "symmetric and normalized space", "does not having a spec", "not having a spec")
     assert [text for text in told if not any(part in text for part in about_bounds)] == []
+
+
+def test_make_without_a_config_makes_the_registered_one(arm, opened):
+    env = opened(gym.make(arm))
+    assert env.unwrapped.num_envs == 3
+    assert env.reset(seed=1)[0]["policy"].shape == (3, SIZE)
+
+
+def test_a_seed_goes_to_gymnasiums_generator_too(arm, opened):
+    expected = seeding.np_random(7)[0].integers(1 << 30, size=5)
+    env, envs = opened(gym.make(arm)), opened(gym.make_vec(arm, num_envs=2))
+    for made in (env.unwrapped, envs.unwrapped):
+        made.reset(seed=7)
+        assert made.np_random_seed == 7
+        np.testing.assert_array_equal(made.np_random.integers(1 << 30, size=5), expected)
+    with pytest.raises(ConfigError, match="seed -2 is not within"):
+        env.reset(seed=-2)
+    env.reset(seed=-1)  # draws one
+    assert env.unwrapped.np_random_seed >= 0
+
+
+@pytest.mark.parametrize("kind", [torch.tensor, np.array, list, lambda rows: np.array(rows, dtype=np.float64)])
+def test_actions_are_tensors_arrays_or_lists(arm, opened, kind):
+    env = opened(gym.make(arm))
+    rows = [[0.1, -0.2], [0.3, 0.0], [-0.5, 1.0]]
+    env.reset(seed=1)
+    env.step(kind(rows))
+    torch.testing.assert_close(env.unwrapped.action_manager.action, torch.tensor(rows))
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ([[0.1, 0.2]], r"shape \(1, 2\), expected \(3, 2\)"),
+        (np.zeros(2), r"shape \(2,\), expected \(3, 2\)"),
+        (None, "an action is a tensor, an array or a list of numbers, not NoneType"),
+        ("left", "an array or a list of numbers, not str left"),
+        ([[0.1], [0.2, 0.3]], "an array or a list of numbers, not list"),
+        ({"arm": 1.0}, "an array or a list of numbers, not dict"),
+    ],
+)
+def test_another_action_is_refused_in_one_line(arm, opened, action, message):
+    env = opened(gym.make(arm))
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match=message) as caught:
+        env.step(action)
+    assert "\n" not in str(caught.value)
 
 
 def test_make_vec_gives_a_vector_environment_of_numpy_arrays(arm, opened):

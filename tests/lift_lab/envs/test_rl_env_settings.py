@@ -61,8 +61,11 @@ def test_missing_values_are_listed_by_path(make_cfg):
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("decimation", 0, "decimation must be at least 1"),
-        ("episode_length_s", 0.0, "episode_length_s must be positive"),
+        ("decimation", 0, "env.decimation is 0; it must be at least 1"),
+        ("episode_length_s", 0.0, "env.episode_length_s is 0; it must be finite and above 0"),
+        ("actions", {}, "env.actions has no term"),
+        ("observations", {}, "env.observations has no group"),
+        ("observations", group_of(), "env.observations.policy has no term"),
     ],
 )
 def test_a_setting_that_cannot_work_is_an_error(make_cfg, field, value, message):

@@ -13,6 +13,7 @@ import torch
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .base import DERIVED_FIELDS, STATE_FIELDS, Health, Physics, Stage
+from .memory import check_fits, native_bytes
 from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS
 
 PHYSICS_KINDS = ("native", "warp")
@@ -42,7 +43,7 @@ def make_physics(
         njmax: constraint rows per environment that warp allocates, as `nconmax`.
 
     Raises:
-        ConfigError: unknown kind, or one that cannot run on the device.
+        ConfigError: unknown kind, or one that cannot run on the device, or more environments than fit into memory.
     """
     device = torch.device(device)
     if kind is None:
@@ -50,6 +51,7 @@ def make_physics(
     if kind == "native":
         from .native import NativePhysics
 
+        check_fits("scene.num_envs", num_envs, native_bytes(model), device)
         return NativePhysics(model, num_envs, device, num_threads=num_threads)
     if kind == "warp" and model.nflex:
         raise ConfigError("soft bodies are simulated by the native engine only; choose sim.device='cpu'")

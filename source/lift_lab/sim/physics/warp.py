@@ -34,6 +34,7 @@ from .base import (
     sensor_stages,
     silence,
 )
+from .memory import check_fits, warp_bytes
 from .model_fields import fixed_geoms, words
 from .sizing import estimate_sizes
 from .warp_kernels import find_failures, keep_columns, place_fixed_geoms, say_when_compiling, zero_rows
@@ -127,6 +128,7 @@ class WarpPhysics(Physics):
         self._wp_device = wp.device_from_torch(device)
         estimate = estimate_sizes(self.model)
         self.nconmax, self.njmax = nconmax or estimate[0], njmax or estimate[1]
+        check_fits("scene.num_envs", num_envs, warp_bytes(self.model, self.nconmax, self.njmax), device)
         with wp.ScopedDevice(self._wp_device):
             self._m, self._d = self._put(self.model)
             self._reset_mask = wp.zeros(num_envs, dtype=bool)

@@ -1,0 +1,48 @@
+"""What an agent's configuration and an environment have to agree on before a training."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+
+from lift_lab.sim.physics.memory import check_fits
+from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab_rl.counters import manager_env
+
+from .time_outs import FINAL_OBS, check_final_obs
+
+
+def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -> None:
+    """Find settings that do not fit the environment.
+
+    Args:
+        env: environment, as rsl_rl sees it.
+        cfg: what :func:`~lift_lab_rl.rsl_rl.translate.to_rsl_rl` returns.
+        device: device of the learner.
+        saves: whether checkpoints are written.
+
+    Raises:
+        ConfigError: noise or mean of another number of actions, a bootstrap that the environment does not support, a
+            rollout that cannot fit into memory, or a success metric that is not logged.
+    """
+    _check_actions(env, cfg)
+    if cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:
+        check_final_obs(env)
+    numbers = sum(value[0].numel() for value in env.get_observations().values()) + 3 * env.num_actions + 6
+    check_fits("agent.num_steps_per_env", cfg["num_steps_per_env"], 4 * numbers * env.num_envs, device)
+    metric, inner = cfg.get("success_metric"), manager_env(env)
+    known = [] if inner is None else list(inner.extras.get("log", {}))
+    if saves and metric is not None and known and metric not in known:
+        raise ConfigError(f"agent.success_metric is '{metric}', which is not logged; {suggest(metric, known)}")
+
+
+def _check_actions(env: Any, cfg: dict[str, Any]) -> None:
+    """What is given for each action has to be given for each of this environment's actions."""
+    noise = cfg["actor"].get("distribution_cfg", {}).get("init_std")
+    for name, given in (("init_noise_std", noise), ("init_action_mean", cfg.get("init_action_mean"))):
+        if isinstance(given, (torch.Tensor, list)) and torch.as_tensor(given).shape != (env.num_actions,):
+            raise ConfigError(
+                f"agent.policy.{name}: {len(given)} values for {env.num_actions} actions; give one for each"
+                + (", or a single one" if name == "init_noise_std" else "")
+            )
