@@ -55,7 +55,7 @@ def free_bytes(device: str | torch.device) -> int | None:
     """Free memory of a device, within the limit of this process's container; None where the system does not tell."""
     device = torch.device(device)
     if device.type == "cuda":
-        return torch.cuda.mem_get_info(device)[0]
+        return torch.cuda.mem_get_info(device)[0] if torch.cuda.is_available() else None
     found = []
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
