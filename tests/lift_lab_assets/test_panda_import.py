@@ -266,6 +266,7 @@ def test_cube_weighs_a_fifth_of_a_kilogram_and_its_inertia_follows_its_scale():
         np.testing.assert_allclose(model.geom("cube_collision").size, 0.02 * scale, rtol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:Attach conflict")
 def test_cube_comes_to_rest_on_the_table():
     scene = mujoco.MjSpec()
     scene.option.timestep = 0.005

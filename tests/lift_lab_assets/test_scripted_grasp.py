@@ -23,6 +23,7 @@ def scene(variants: dict[str, str] | None = None) -> mujoco.MjModel:
     spec.option.timestep = 0.005
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.iterations = 10
+    spec.option.ls_iterations = 20
     robot, _ = load(ASSETS_USD_DIR / "franka_panda.usda", variants=variants)
     robot.body("panda_hand").add_site(name="tool", pos=[0, 0, 0.1034])
     for body in robot.bodies[1:]:
