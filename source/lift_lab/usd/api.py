@@ -11,7 +11,7 @@ from pxr import Tf, Usd, UsdUtils
 
 from lift_lab.usd.audit import raise_on_ignored, reject_nan
 from lift_lab.usd.build import Builder
-from lift_lab.usd.inherited import inherit_colliders
+from lift_lab.usd.inherited import add_built_in_schemas, inherit_colliders
 from lift_lab.usd.parse import ParsedStage, parse
 from lift_lab.usd.rehearsal import rehearse
 from lift_lab.usd.report import ImportReport, UsdImportError
@@ -71,6 +71,7 @@ def import_stage(stage: Usd.Stage, name: str, restitution: bool = False) -> tupl
     report = ImportReport(name, default.GetName() if default else "")
     reject_nan(stage, name)
     parts = prototypes(stage)
+    add_built_in_schemas(stage)
     inherited = inherit_colliders(stage, report, parts)
     parsed = parse(stage, name, report, parts)
     parsed.inherited = inherited

@@ -1,8 +1,11 @@
-"""CollisionAPI on a prim that is no shape: every shape below it is a collider, as in PhysX.
+"""Schemas that prims have without naming them: from a prim above, or built into a vendor's schema.
 
-usd-core's parser makes colliders of the shapes alone that carry CollisionAPI themselves. So before it runs, the schema
-and what is authored with it are copied, on the session layer, to the shapes below. Bound materials are inherited by
-USD itself.
+CollisionAPI on a prim that is no shape makes every shape below it a collider, as in PhysX. usd-core's parser makes
+colliders of the shapes alone that carry CollisionAPI themselves. So before it runs, the schema and what is authored
+with it are copied, on the session layer, to the shapes below. Bound materials are inherited by USD itself.
+
+Newton's and MuJoCo's schemas have those of UsdPhysics built in, which only USD with these schemas registered knows: a
+file may name `MjcCollisionAPI` alone and mean a collider.
 """
 
 from __future__ import annotations
@@ -40,6 +43,52 @@ class Inherited:
     """Attributes that were copied from it."""
 
 
+_BUILT_IN: dict[str, tuple[str, ...]] = {
+    "NewtonArticulationRootAPI": ("PhysicsArticulationRootAPI",),
+    "NewtonMassAPI": ("PhysicsMassAPI",),
+    "NewtonCollisionAPI": ("PhysicsCollisionAPI",),
+    "NewtonSDFCollisionAPI": ("PhysicsCollisionAPI",),
+    "NewtonMeshCollisionAPI": ("PhysicsCollisionAPI", "PhysicsMeshCollisionAPI"),
+    "NewtonMaterialAPI": ("PhysicsMaterialAPI",),
+    "MjcCollisionAPI": ("PhysicsCollisionAPI",),
+    "MjcMeshCollisionAPI": ("PhysicsCollisionAPI", "PhysicsMeshCollisionAPI"),
+    "MjcMaterialAPI": ("PhysicsMaterialAPI",),
+}
+"""Schemas of UsdPhysics in those of newton-usd-schemas 0.6.0 and mujoco-usd-converter 0.8.0, also by way of another."""
+
+
+def add_built_in_schemas(stage: Usd.Stage) -> None:
+    """Apply the schemas of UsdPhysics that vendors' schemas have built in.
+
+    Args:
+        stage: The stage, its edit target a layer that may be written to.
+    """
+    while True:
+        found = []
+        for prim in Usd.PrimRange(stage.GetPseudoRoot(), _EVERYTHING):
+            schemas = applied_schemas(prim)
+            wanted = {name for schema in schemas for name in _BUILT_IN.get(schema, ()) if name not in schemas}
+            if wanted:
+                found.append((prim, sorted(wanted)))
+        if not _end_instances(stage, [prim for prim, _ in found]):
+            break
+    for prim, wanted in found:
+        for name in wanted:
+            prim.AddAppliedSchema(name)
+
+
+def _end_instances(stage: Usd.Stage, prims: list[Usd.Prim]) -> bool:
+    """End the instances that prims are parts of, so that they can be edited; returns whether there were any.
+
+    Prims found before are no longer valid then.
+    """
+    shared = {_instance(prim) for prim in prims if prim.IsInstanceProxy()}
+    with Sdf.ChangeBlock():
+        for path in shared:
+            Sdf.CreatePrimInLayer(stage.GetEditTarget().GetLayer(), path).instanceable = False
+    return bool(shared)
+
+
 def inherit_colliders(stage: Usd.Stage, report: ImportReport, parts: list[Sdf.Path]) -> dict[str, Inherited]:
     """Make colliders of the shapes below prims with CollisionAPI that are no shapes.
 
@@ -56,18 +105,17 @@ def inherit_colliders(stage: Usd.Stage, report: ImportReport, parts: list[Sdf.Pa
     """
     while True:
         found = [(shape, owner) for owner in _owners(stage, parts) for shape in _shapes_below(owner)]
-        shared = {_instance(shape) for shape, _ in found if shape.IsInstanceProxy()}
-        if not shared:
+        if not _end_instances(stage, [shape for shape, _ in found]):
             break
-        layer = stage.GetEditTarget().GetLayer()
-        with Sdf.ChangeBlock():
-            for path in shared:
-                Sdf.CreatePrimInLayer(layer, path).instanceable = False
     inherited = {}
     for owner in {owner for _, owner in found}:
         if has_schema(owner, _MERGED):
             reason = "each mesh collides by itself, not merged into one"
             report.approximate(owner.GetPath(), _MERGED, reason)
+            targets = Usd.CollectionAPI(owner, "collisionmeshes").GetIncludesRel().GetTargets()
+            if any(not target.HasPrefix(owner.GetPath()) for target in targets):
+                reason = "meshes that are not below the prim do not join it"
+                report.ignore(owner.GetPath(), "collection:collisionmeshes:includes", reason)
     for shape, owner in found:
         attributes = _pass_on(owner, shape)
         inherited[str(shape.GetPath())] = Inherited(str(owner.GetPath()), attributes)

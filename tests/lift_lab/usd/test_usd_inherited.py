@@ -245,10 +245,57 @@ def test_merged_meshes_collide_one_by_one_and_only_the_members(author, notes):
     for name in ("in", "out"):
         a.mesh(f"/Robot/link/geometry/{name}", *TETRAHEDRON, collider=False)
     owner = _collision(a, "/Robot/link/geometry", "PhysxMeshMergeCollisionAPI", "CollectionAPI:collisionmeshes")
-    owner.CreateRelationship("collection:collisionmeshes:includes").AddTarget(Sdf.Path("/Robot/link/geometry/in"))
+    includes = owner.CreateRelationship("collection:collisionmeshes:includes")
+    includes.AddTarget(Sdf.Path("/Robot/link/geometry/in"))
     model, report = a.load()
     assert _colliders(model) == ["in"]
-    assert "not merged" in notes(report, "/Robot/link/geometry")[1][0]
+    ignored, approximated = notes(report, "/Robot/link/geometry")
+    assert "not merged" in approximated[0]
+    assert ignored == []
+    includes.AddTarget(Sdf.Path("/Robot/elsewhere"))
+    assert "not below the prim" in notes(a.load()[1], "/Robot/link/geometry")[0][0]
+
+
+@pytest.mark.parametrize(
+    ("schema", "instanced"),
+    [
+        ("NewtonCollisionAPI", False), ("NewtonSDFCollisionAPI", False), ("MjcCollisionAPI", False),
+        ("MjcMeshCollisionAPI", False), ("NewtonMeshCollisionAPI", True),
+    ],
+)  # fmt: skip
+def test_a_vendors_schema_brings_the_one_built_into_it(author, schema, instanced):
+    """Where Newton's and MuJoCo's schemas are registered, they make a collider without naming PhysicsCollisionAPI."""
+    a = author()
+    body = a.body("/Robot/link", mass=None)
+    if instanced:
+        a.stage.CreateClassPrim("/proto").SetTypeName("Xform")
+        UsdGeom.Xform.Define(a.stage, "/Robot/link/geometry").GetPrim().GetReferences().AddInternalReference("/proto")
+        a.stage.GetPrimAtPath("/Robot/link/geometry").SetInstanceable(True)
+    mesh = a.mesh("/proto/mesh" if instanced else "/Robot/link/mesh", *TETRAHEDRON, collider=False)
+    mesh.AddAppliedSchema(schema)
+    body.AddAppliedSchema("NewtonMassAPI")
+    a.attrs(body, {"physics:mass": 2.0})
+    if "Mesh" in schema:
+        a.attrs(mesh, {"physics:approximation": "boundingCube"})
+    model, report = a.load(strict=True)
+    assert len(_colliders(model)) == 1
+    assert model.body("link").mass[0] == pytest.approx(2.0)
+    assert report.ignored == []
+    if "Mesh" in schema:
+        assert model.geom(_colliders(model)[0]).type[0] == mujoco.mjtGeom.mjGEOM_BOX
+
+
+def test_a_vendors_material_and_root_bring_those_built_in(author):
+    a = author()
+    a.body("/Robot/link")
+    a.bind(a.gprim("/Robot/link/box", "Cube", size=0.2), a.material("/Robot/m", dynamicFriction=0.3))
+    material = a.stage.GetPrimAtPath("/Robot/m")
+    material.RemoveAPI(UsdPhysics.MaterialAPI)
+    material.AddAppliedSchema("NewtonMaterialAPI")
+    a.set("/Robot", "NewtonArticulationRootAPI")
+    model, report = a.load(strict=True)
+    assert model.geom("box").friction[0] == pytest.approx(0.3)
+    assert report.articulation_roots == ["/Robot"]
 
 
 def test_a_prim_without_shapes_below_is_reported_and_strict_refuses_it(author, notes):
