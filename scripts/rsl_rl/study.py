@@ -27,9 +27,20 @@ from typing import Any
 
 from cli_args import positive, split_overrides
 
-from lift_lab.app import cli
+from lift_lab.app import children, cli, endings
 
 SCRIPTS = Path(__file__).resolve().parent
+
+_STOPPED = [endings.exit_status(number) for number in endings.STOPPING]
+"""Exit statuses of a child that was asked to end."""
+
+_DECIDED = {
+    **dict.fromkeys(("agent.seed", "env.seed"), "--seeds and --eval_seed"),
+    "agent.experiment_name": "--name",
+    "agent.run_name": "the tasks' labels",
+    **dict.fromkeys(("agent.resume", "agent.load_run", "agent.load_checkpoint"), "the study"),
+}
+"""Settings that an override cannot set, and what decides them."""
 
 
 def parse():
@@ -84,6 +95,8 @@ class Study:
         self.folder = (Path("logs") / "rsl_rl" / args.name).absolute()
         self.results = self.folder / "results.json"
         self.stopping = threading.Event()
+        self.stopped_by: int | None = None
+        self.lock: Any = None
         self._lock = threading.Lock()
         self._children: set[subprocess.Popen] = set()
         self._settings = {
@@ -106,7 +119,7 @@ class Study:
         from lift_lab_rl.generalisation import parse_perturbation, perturb
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
         from lift_lab_tasks.utils.hydra import compose
-        from lift_lab_tasks.utils.runs import apply_flags
+        from lift_lab_tasks.utils.runs import apply_flags, check_given_once
 
         for text in self.perturb:
             parse_perturbation(text)
@@ -117,7 +130,9 @@ class Study:
         for label, variant in variants.items():
             for text in (None, *self.perturb):
                 words = [*variant.overrides, *self.overrides]
+                self._check_overrides(words)
                 env_cfg, agents[label] = compose(variant.task, "rsl_rl_cfg_entry_point", words)
+                check_given_once(env_cfg, agents[label], self._given(), words)
                 if text is not None:
                     perturb(env_cfg, text)
                     continue
@@ -129,8 +144,33 @@ class Study:
             if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
                 check_start(job.variant, length[label], agents[origin].save_interval, length[origin])
 
+    def _given(self) -> argparse.Namespace:
+        """The flags that every training gets."""
+        names = ("num_envs", "device", "max_iterations")
+        threads = int(self._common[1]) if "--num_threads" in self._common else None
+        return argparse.Namespace(num_threads=threads, **{name: getattr(self.args, name) for name in names})
+
+    def _check_overrides(self, words: list[str]) -> None:
+        from lift_lab.utils.errors import ConfigError
+        from lift_lab_tasks.utils.parse_cfg import names_path
+
+        for path, decider in _DECIDED.items():
+            text = next((word for word in words if names_path([word], path)), None)
+            if text is not None:
+                raise ConfigError(f"override '{text}': {path} of a study is set by {decider}; leave it out")
+
     def prepare(self) -> None:
-        """Take over what an earlier call did."""
+        """Take over what an earlier call did, once none of its processes is left.
+
+        Raises:
+            ConfigError: another study works in the folder, or one with other settings did.
+        """
+        self._take_over()  # finds a mistake before anything is written
+        self.lock = children.FolderLock(self.folder, "study.py")
+        self._take_over()
+        self.write()
+
+    def _take_over(self) -> None:
         from lift_lab_rl.study.evaluations import load_results
         from lift_lab_rl.study.jobs import check_settings, in_rounds
 
@@ -143,7 +183,6 @@ class Study:
             job.record.update(known.pop((job.variant.label, job.seed), {}) | identity)
         self._others = list(known.values())
         self._rounds = in_rounds(self.jobs, [run["label"] for run in self._others if "checkpoint" in run])
-        self.write()
 
     def run(self) -> int:
         """Do all jobs; returns how many are not finished."""
@@ -152,9 +191,15 @@ class Study:
                 list(pool.map(self._do, jobs))
         return sum(job.record.get("status") != "done" for job in self.jobs)
 
-    def stop(self, *_: Any) -> None:
-        """Have the running children save and end, and start no more."""
+    def stop(self, number: int = signal.SIGINT, _: Any = None) -> None:
+        """Have the running children save and end, and start no more. Can be a signal's handler.
+
+        A second Ctrl-C or SIGTERM has them end at once.
+        """
+        if self.stopping.is_set() and number == endings.HANGUP:
+            return
         self.stopping.set()
+        self.stopped_by = number if self.stopped_by is None else self.stopped_by
         for child in list(self._children):
             child.send_signal(signal.SIGTERM)
 
@@ -191,7 +236,7 @@ class Study:
         from lift_lab_rl.study.jobs import best_checkpoint, checkpoint_at, newest_checkpoint
 
         wanted = self.args.max_iterations or self._configured_iterations(job)
-        found = newest_checkpoint(self.folder, job.name)
+        found = newest_checkpoint(self.folder, job.name, self._readable)
         if found is None or found[1] < wanted:
             flags = ["--task", job.variant.task, "--seed", job.seed, "--max_iterations", wanted]
             flags += ["--experiment_name", self.args.name, "--run_name", job.name, *self._common]
@@ -207,13 +252,15 @@ class Study:
             begun = time.monotonic()
             status = self._call(job, "train", [*flags, *job.variant.overrides, *self.overrides])
             job.record["train_s"] = job.record.get("train_s", 0.0) + time.monotonic() - begun
-            found = newest_checkpoint(self.folder, job.name)
+            found = newest_checkpoint(self.folder, job.name, self._readable)
             if status or found is None or found[1] < wanted:
-                ended = "stopped" if self.stopping.is_set() or not status else f"training failed ({status})"
+                stopped = self.stopping.is_set() or status in _STOPPED
+                ended = "stopped" if stopped or not status else f"training failed ({status})"
                 job.record["status"] = ended
                 return False
         path, job.record["iterations"] = found
-        checkpoint = path if self.args.checkpoint == "latest" else best_checkpoint(self.folder, job.name)
+        best = self.args.checkpoint == "best"
+        checkpoint = best_checkpoint(self.folder, job.name, self._readable) if best else path
         if checkpoint is None:
             job.record["status"] = "no model_best.pt"
             return False
@@ -224,6 +271,11 @@ class Study:
         job.record["status"] = "trained"
         self.write()
         return True
+
+    def _readable(self, checkpoint: Path) -> bool:
+        from lift_lab_rl.rsl_rl.run_files import Readable
+
+        return Readable(lambda text: print(text, file=sys.stderr)).checkpoint(checkpoint)
 
     def _configured_iterations(self, job: Any) -> int:
         from lift_lab_tasks.utils.hydra import compose
@@ -244,7 +296,7 @@ class Study:
             status = self._call(job, "evaluate", [*flags, *job.variant.overrides, *self.overrides])
             content = None if status else read_evaluation(path, checkpoint, episodes, seed)
             if content is None:
-                stopped = self.stopping.is_set()
+                stopped = self.stopping.is_set() or status in _STOPPED
                 job.record["status"] = "stopped" if stopped else f"evaluation failed ({status})"
                 return False
         if perturb:
@@ -262,7 +314,14 @@ class Study:
         print(f"{job.name}: {shlex.join([script, *command[2:]])}", flush=True)
         with open(log, "a", encoding="utf-8") as output:
             # In a group of its own: Ctrl-C reaches it through stop() only, once.
-            child = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+            child = subprocess.Popen(
+                command,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                env=children.child_environment(),
+                pass_fds=[self.lock.handle],  # the folder stays locked as long as a child works in it
+            )
             self._children.add(child)
             if self.stopping.is_set():
                 child.send_signal(signal.SIGTERM)
@@ -293,16 +352,15 @@ def main() -> int:
     study = Study(args, overrides, jobs, perturb)
     study.check()
     study.prepare()
-    before = {number: signal.signal(number, study.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        unfinished = study.run()
+        with endings.handled(study.stop):
+            unfinished = study.run()
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        study.lock.release()
     print(f"written: {study.results}")
-    if study.stopping.is_set():
-        print("stopped: the same command goes on from here", file=sys.stderr)
-        return 130
+    if study.stopped_by is not None:
+        print("stopped: run the same command again to continue", file=sys.stderr)
+        return endings.exit_status(study.stopped_by)
     if not args.no_report and any("checkpoint" in job.record for job in jobs):
         groups = group_runs(find_runs([study.folder]))
         page = write_report(groups, load_results(study.results), Roles.guess(groups), study.folder / "report")

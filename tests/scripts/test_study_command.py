@@ -82,6 +82,13 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
         (["--perturb", "delay=0.007"], "multiple of the physics step"),
         (["--device", "cuda:77"], "'cuda:77' is not available"),
         (["--tasks", "Lift-Cube-Franka-CL", "Lift-Cube-Franka from=Lift-Cube-Franka-CL@770"], "saves every 50"),
+        (["agent.seed=3"], "'agent.seed=3': agent.seed of a study is set by --seeds and --eval_seed"),
+        (["--tasks", "x=Cartpole env.seed=3"], "env.seed of a study is set by --seeds"),
+        (["agent.run_name=x"], "set by the tasks' labels"),
+        (["agent.resume=true"], "set by the study"),
+        (["--num_envs", "8", "env.scene.num_envs=9"], "--num_envs 8 and env.scene.num_envs=9: give one of them"),
+        (["--max_iterations", "8", "agent.max_iterations=9"], "give one of them"),
+        (["--perturb_episodes", "8"], "--perturb_episodes counts the episodes under each perturbation: add --perturb"),
         (["-m", "agent.algorithm.gamma=0.98,0.99"], "unknown flag '-m'"),
     ],
 )

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 
-from . import endings, output
+from . import children, endings, output
 
 USAGE_ERROR = 2
 """Exit status after a user's mistake."""
@@ -83,6 +83,7 @@ def run(main: Callable[[], int | None]) -> None:
     Args:
         main: returns the exit status, None for 0.
     """
+    children.follow_parent()
     with output.guarded() as (out, _):
         with endings.handled():
             status = _status(main, out)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from lift_lab.utils.errors import ConfigError
 
+from .children import child_environment
 from .endings import number_of
 
 FLAGS = ("-m", "--multirun")
@@ -64,7 +65,7 @@ def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
     failed: list[tuple[int, int]] = []
     for number, job in enumerate(jobs, 1):
         print(f"[{number}/{len(jobs)}] {' '.join(job)}", flush=True)
-        process = subprocess.Popen([sys.executable, argv[0], *flags, *job])
+        process = subprocess.Popen([sys.executable, argv[0], *flags, *job], env=child_environment())
         try:
             status = process.wait()
         except KeyboardInterrupt as interrupt:

@@ -21,7 +21,8 @@ def main() -> None:
     # Whatever the libraries print goes nowhere; the answers have a descriptor of their own.
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks
+    for number in (signal.SIGINT, signal.SIGHUP):  # they are for the process that asks
+        signal.signal(number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGALRM, signal.SIGPROF))
     _end_quietly()
     setup = json.loads(sys.stdin.readline())
