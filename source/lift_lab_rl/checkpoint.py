@@ -46,7 +46,7 @@ def env_state(env: Any) -> dict[str, Any]:
         (copies, on the CPU) and plain values, see :mod:`.state_nodes`. ``unsaved``: path and type of what could not be
         written down. The global random numbers are not in it: see :func:`rng_state`.
     """
-    capture = Capture(physics_storages(env.sim.physics), _is_left_out)
+    capture = Capture(physics_storages(env.sim.physics), _is_left_out, env.device)
     objects = capture.node(env, "")
     return {
         "version": VERSION,

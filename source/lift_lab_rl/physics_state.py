@@ -152,7 +152,7 @@ def _stale(physics: Physics) -> torch.Tensor | None:
         return None
     ids: set[int] = set()
     for env_ids in physics._stale:
-        ids.update(range(physics.num_envs) if env_ids is None else map(int, env_ids))
+        ids.update(range(physics.num_envs) if env_ids is None else torch.as_tensor(env_ids).tolist())
     return torch.tensor(sorted(ids), dtype=torch.long)
 
 

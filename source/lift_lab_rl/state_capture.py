@@ -31,13 +31,17 @@ class Capture:
         unsaved: path and type of every object whose state could not be written down.
     """
 
-    def __init__(self, engine_storages: Set[int], is_left_out: Callable[[Any], bool]):
+    def __init__(
+        self, engine_storages: Set[int], is_left_out: Callable[[Any], bool], device: str | torch.device = "cpu"
+    ):
         """Prepare a walk.
 
         Args:
             engine_storages: addresses of memory that the physics engine restores.
             is_left_out: whether an object is no part of the state.
+            device: where most tensors are.
         """
+        self._device = torch.device(device)
         self.unsaved: list[str] = []
         self._engine_storages = engine_storages
         self._is_left_out = is_left_out
@@ -56,7 +60,9 @@ class Capture:
         if is_plain(value):
             return value
         if isinstance(value, torch.Tensor):
-            return self._tensor(value, path)
+            copy = self._tensor(value, path)
+            here = value.device.type == self._device.type or not isinstance(copy, torch.Tensor)
+            return copy if here else ("elsewhere", str(value.device), copy)
         if id(value) in self._paths:
             return ("same", self._paths[id(value)])
         if self._is_left_out(value):

@@ -14,8 +14,10 @@ import types
 from collections import Counter, OrderedDict, deque
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import torch
+from gymnasium.envs.registration import EnvSpec
 
 PLAIN = (type(None), bool, int, float, complex, str, bytes)
 """Types whose values stand for themselves."""
@@ -24,13 +26,16 @@ DICT_TYPES: dict[str, type] = {"dict": dict, "OrderedDict": OrderedDict, "Counte
 """Dictionaries that can be made again from their entries alone."""
 
 _FIXED_MODULES = frozenset(
-    {"mujoco", "mujoco_warp", "warp", "gymnasium", "rich", "pxr", "viser", "trimesh", "numpy", "omegaconf", "hydra"}
+    {"mujoco", "mujoco_warp", "warp", "rich", "pxr", "viser", "trimesh", "numpy", "omegaconf", "hydra"}
     | {"abc", "contextlib", "datetime", "decimal", "enum", "fractions", "inspect", "logging", "pathlib", "re"}
     | {"threading", "_thread", "concurrent", "types", "typing", "uuid", "weakref", "_weakref", "builtins"}
 )
 """Top-level modules whose objects never change, or are restored or made by others."""
 
-_FIXED_TYPES = (torch.dtype, torch.device, torch.layout, torch.memory_format, torch.Size, slice, range, property)
+_FIXED_TYPES = (
+    *(torch.dtype, torch.device, torch.layout, torch.memory_format, torch.Size, slice, range, property),
+    *(gym.Space, EnvSpec),
+)
 """Types whose values never change."""
 
 _NAMED = (
@@ -39,8 +44,8 @@ _NAMED = (
 )
 """Types of functions, and of types."""
 
-_MUTABLE_BUILTINS = (bytearray, memoryview, types.GeneratorType, types.CoroutineType)
-"""Types of module ``builtins`` or ``types`` whose values change."""
+_MUTABLE = (np.ndarray, bytearray, memoryview, types.GeneratorType, types.CoroutineType)
+"""Types whose values change, of modules whose other objects do not."""
 
 
 def is_plain(value: Any) -> bool:
@@ -59,7 +64,7 @@ def is_data(node: Any) -> bool:
         return all(map(is_data, rest[1]))
     if kind == "dict":
         return rest[0] in DICT_TYPES and all(is_key(key) and is_data(entry) for key, entry in rest[1])
-    return kind in ("set", "frozenset", "array", "scalar", "generator")
+    return kind in ("set", "frozenset", "array", "scalar", "generator", "elsewhere")
 
 
 def is_key(key: Any) -> bool:
@@ -80,7 +85,7 @@ def name_of(value: Any) -> str | None:
 
 def is_object(value: Any) -> bool:
     """Whether the attributes of a value are its state: of this project's classes, of a task's author, or a network."""
-    if isinstance(value, torch.jit.ScriptModule):
+    if isinstance(value, (torch.jit.ScriptModule, *_FIXED_TYPES)):
         return False
     if isinstance(value, (torch.nn.Module, types.SimpleNamespace)):
         return True
@@ -103,7 +108,7 @@ def never_changes(value: Any) -> bool:
     """Whether nothing is lost if a value is not saved."""
     if isinstance(value, _FIXED_TYPES):
         return True
-    return type(value).__module__.partition(".")[0] in _FIXED_MODULES and not isinstance(value, _MUTABLE_BUILTINS)
+    return type(value).__module__.partition(".")[0] in _FIXED_MODULES and not isinstance(value, _MUTABLE)
 
 
 def attributes_of(value: Any) -> dict[str, Any]:
@@ -140,7 +145,7 @@ def array_of(node: tuple) -> np.ndarray:
 def generator_node(value: Any) -> tuple | None:
     """The state of a generator of random numbers as a node; None for another value."""
     if isinstance(value, torch.Generator):
-        return ("generator", "torch", value.get_state())
+        return ("generator", f"torch {value.device}", value.get_state())
     if isinstance(value, (np.random.Generator, np.random.RandomState)):
         bits: Any = value.bit_generator if isinstance(value, np.random.Generator) else value._bit_generator
         return ("generator", f"numpy {type(value).__name__}", _numpy_state(bits.state))
@@ -178,8 +183,8 @@ def set_generator(value: Any, node: tuple) -> None:
 def new_generator(node: tuple) -> Any:
     """A generator with the state of a node."""
     kind, state = node[1], node[2]
-    if kind == "torch":
-        made: Any = torch.Generator()
+    if kind.startswith("torch "):
+        made: Any = torch.Generator(device=kind.removeprefix("torch "))
     elif kind == "random":
         made = random.Random()
     else:

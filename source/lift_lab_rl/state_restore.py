@@ -44,7 +44,7 @@ class StateMismatchError(LiftLabError, ValueError):
 _KINDS = frozenset(
     {
         *("list", "deque", "set", "frozenset", "tuple", "dict", "object", "state_dict"),
-        *("array", "scalar", "enum", "name", "generator", "engine", "fixed"),
+        *("array", "scalar", "enum", "name", "generator", "engine", "fixed", "elsewhere"),
     }
 )
 """Kinds of nodes that have a method of their own."""
@@ -79,18 +79,19 @@ class Restore:
         self._saved_of_live: dict[int, int] = {}
         self._kept: list[Any] = []  # so that an id is not given twice
 
-    def plan(self, root: Any, node: Any) -> None:
+    def plan(self, root: Any, node: Any, path: str = "") -> None:
         """Compare the objects with a state.
 
         Args:
             root: the object at the root.
             node: its node.
+            path: what paths begin with.
 
         Raises:
             StateMismatchError: the state is of something else; names the first thing that differs.
         """
         try:
-            self._value(root, node, "")
+            self._value(root, node, path)
         except StateMismatchError:
             raise
         except Exception as error:  # of a state that is no state, anything can be wrong
@@ -256,7 +257,14 @@ class Restore:
         if not saves_itself(live) or type(live).__qualname__ != node[1]:
             raise self._mismatch(path, _was(node, live))
         content = self._value(_ABSENT, node[2], f"{path}.state_dict()")
-        self._actions.append(lambda: live.load_state_dict(content))
+
+        def load() -> None:
+            try:
+                live.load_state_dict(content)
+            except Exception as error:  # of the class of somebody else
+                raise StateMismatchError(f"'{path}' does not take its saved state: {error}") from error
+
+        self._actions.append(load)
         return live
 
     # -- leaves
@@ -312,14 +320,17 @@ class Restore:
             raise self._mismatch(path, f"was a tensor of the physics engine of shape {tuple(node[1])}")
         return live
 
-    def _tensor(self, live: Any, saved: torch.Tensor) -> torch.Tensor:
+    def _elsewhere(self, live: Any, node: Any, path: str) -> Any:
+        return self._tensor(live, node[2], node[1])
+
+    def _tensor(self, live: Any, saved: torch.Tensor, device: str | None = None) -> torch.Tensor:
         known = self._tensors.get(id(saved))
         if known is None:
-            known = self._tensors[id(saved)] = self._target(live, saved)
+            known = self._tensors[id(saved)] = self._target(live, saved, device)
             self._kept.append(saved)
         return known
 
-    def _target(self, live: Any, saved: torch.Tensor) -> torch.Tensor:
+    def _target(self, live: Any, saved: torch.Tensor, device: str | None) -> torch.Tensor:
         """The tensor that takes a saved one's values: the live one where it lies in memory as the saved one does."""
         source = saved.untyped_storage()
         address = source.data_ptr()
@@ -331,7 +342,8 @@ class Restore:
             if not _same_bytes(live, saved):
                 self._actions.append(lambda: copy_into(live, saved))
             return live
-        device = live.device if isinstance(live, torch.Tensor) else self._device
+        if device is None:
+            device = live.device if isinstance(live, torch.Tensor) else self._device
         if not address:
             return torch.empty_like(saved, device=device)
         if address not in self._live_of_saved:
@@ -365,7 +377,7 @@ def copy_into(target: torch.Tensor, values: torch.Tensor) -> None:
     for dim, stride in enumerate(target.stride()):
         if stride == 0 and target.shape[dim] > 1:
             target, values = target.narrow(dim, 0, 1), values.narrow(dim, 0, 1)
-    with torch.no_grad(), torch.inference_mode(target.is_inference()):
+    with torch.inference_mode(target.is_inference()), torch.no_grad():  # in this order: the first allows gradients
         target.copy_(values)
 
 

@@ -1,5 +1,6 @@
 """A run that is continued has the bits of one that never stopped: in this process and in another, after failures."""
 
+import itertools
 import os
 import subprocess
 import sys
@@ -162,6 +163,43 @@ def test_without_a_state_a_runner_that_trained_starts_fresh_episodes(tmp_path):
     assert not runner.env.unwrapped.episode_length_buf.any()
     assert not runner.logger.cur_episode_length.any()
     runner.env.close()
+
+
+class Smoothing(gym.Wrapper):
+    """A user's wrapper: mixes actions with the last ones, and counts with what cannot be saved."""
+
+    def __init__(self, env):
+        super().__init__(env)
+        self.last, self.count = 0.0, itertools.count()
+
+    def step(self, action):
+        self.last = 0.5 * self.last + 0.5 * action
+        next(self.count)
+        return self.env.step(self.last)
+
+
+def test_the_state_of_wrappers_continues_and_what_cannot_be_saved_is_named(tmp_path, caplog):
+    ends, lost = [], "Smoothing.count (itertools.count)"
+    for counts in ([3], [2, 1]):
+        folder = tmp_path / str(len(counts))
+        for count in counts:
+            env_cfg = parse_env_cfg("Cartpole", "cpu", NUM_ENVS)
+            env_cfg.seed, env_cfg.sim.num_threads = 4, 1
+            env = RslRlVecEnvWrapper(Smoothing(gym.make("Cartpole", cfg=env_cfg)))
+            agent_cfg = load_cfg_from_registry("Cartpole", "rsl_rl_cfg_entry_point")
+            agent_cfg.save_interval, agent_cfg.device = 1, "cpu"
+            runner = LiftLabRunner(env, to_rsl_rl(agent_cfg, env.get_observations().keys()), folder, "cpu")
+            if count == 1:
+                runner.load(str(folder / "model_2.pt"))
+                said = runner.load_resume_state(folder / "model_2.pt")
+                assert said == f"continuing the episodes of iteration 2, except for {lost}, which could not be saved"
+            caplog.clear()
+            runner.learn(count)
+            noted = [record.getMessage() for record in caplog.records if "cannot be saved" in record.getMessage()]
+            assert noted == [f"a run that is continued will not have the state of {lost}: it cannot be saved"]
+            env.close()
+        ends.append((folder / "model_3.pt").read_bytes())
+    assert ends[0] == ends[1]
 
 
 # -- states of something else

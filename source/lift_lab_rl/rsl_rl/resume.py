@@ -27,6 +27,7 @@ from lift_lab_rl.checkpoint import (
 from lift_lab_rl.counters import manager_env
 from lift_lab_rl.files import load_torch, write_atomically
 from lift_lab_rl.settings import Settings
+from lift_lab_rl.wrapper_state import plan_wrapper_states, wrapper_states
 
 from .best_policy import BEST
 from .run_files import checkpoint_iteration, state_name
@@ -44,13 +45,17 @@ def resume_state(runner: LiftLabRunner) -> dict[str, Any]:
     """Everything besides the model that the next iteration depends on, as tensors and plain values."""
     env, returns = manager_env(runner.env), _curious_returns(runner)
     of_env = None if env is None else env_state(env)
+    wrappers, unsaved = wrapper_states(runner.env)
     if of_env is not None:
-        _note_unsaved(runner, of_env["unsaved"])
+        unsaved = [*of_env["unsaved"], *unsaved]
+    _note_unsaved(runner, unsaved)
     return {
         "version": VERSION,
         "iteration": runner.current_learning_iteration,
         "fingerprint": _saved_form(runner.fingerprint),
         "env": of_env,
+        "wrappers": wrappers,
+        "unsaved": unsaved,
         "obs": {key: value.detach().cpu().clone() for key, value in runner.env.get_observations().items()},
         "total_steps": runner.total_steps,
         "logger": runner.logger.state_dict(),
@@ -73,8 +78,11 @@ def load_resume_state(runner: LiftLabRunner, checkpoint: str | Path) -> str:
         return _start_fresh(runner, problem)
     env = manager_env(runner.env)
     try:
+        plans = plan_wrapper_states(runner.env, state["wrappers"])
         if env is not None:
             load_env_state(env, state["env"])
+        for plan in plans:
+            plan.apply()
     except LiftLabError as error:
         problem = str(error)
     problem = distributed.first_problem(problem)
@@ -95,8 +103,8 @@ def load_resume_state(runner: LiftLabRunner, checkpoint: str | Path) -> str:
     _adopt_best(runner, Path(checkpoint).with_name(BEST))
     load_rng_state(state["rng"])
     runner.continues_exactly = True
-    unsaved = state["env"]["unsaved"] if env is not None else []
-    but = f", except for {', '.join(unsaved)}, which could not be saved" if unsaved else ""
+    unsaved = ", ".join(state["unsaved"])
+    but = f", except for {unsaved}, which could not be saved" if unsaved else ""
     return f"continuing the episodes of iteration {runner.current_learning_iteration}{but}"
 
 
@@ -203,6 +211,8 @@ def _check_state(runner: LiftLabRunner, state: dict[str, Any]) -> None:
         for part in memory if isinstance(memory, tuple) else (memory,):
             if part is not None and (part.dim() != 3 or part.shape[1] != runner.env.num_envs):
                 raise StateMismatchError("the memory of its networks has another shape")
+    if not all(isinstance(text, str) for text in state["unsaved"]) or not isinstance(state["wrappers"], list):
+        raise StateMismatchError("'unsaved' and 'wrappers' have to be lists")
     _check_best(state)
     check_rng_state(state["rng"])
 
