@@ -95,6 +95,7 @@ _KINDS = {
     "drive": _Kind(_drive("angular", **_gains)),
     "drive_limited": _Kind(_drive("angular", **_gains, MaxForce=6.0)),
     "drive_velocity": _Kind(_drive("angular", Damping=3.0 * _DEGREE, MaxForce=9.0), "velocity"),
+    "drive_with_speed": _Kind(_drive("angular", **_gains, TargetVelocity=30.0, MaxForce=8.0)),
     "drive_acceleration": _Kind(_drive("angular", Type="acceleration", Stiffness=400.0, Damping=30.0)),
     "drive_slide": _Kind(_drive("linear", Stiffness=70.0, Damping=3.0, MaxForce=11.0), slides=True),
     "position": _Kind(_position(50.0, -2.0)),
@@ -164,6 +165,8 @@ class _Import:
             data.qpos[joint.qposadr], data.qvel[joint.dofadr] = pos[i], vel[i]
         for a in range(model.nu):
             name = model.joint(model.actuator_trnid[a, 0]).name
+            if model.actuator(a).name == f"{name}_velocity":  # carries a drive's own target velocity
+                continue
             command, gear = _KINDS[name].command, model.actuator_gear[a, 0]
             target = targets[command][list(_KINDS).index(name)]
             data.ctrl[a] = target / (gear * model.actuator_gainprm[a, 0]) if command == "effort" else target * gear
@@ -176,10 +179,10 @@ def imported(robot_file) -> _Import:
     return _Import(robot_file)
 
 
-def _start(path, actuators, physics="native"):
+def _start(path, actuators, physics="native", **spawn):
     sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=physics, dt=0.002))
     robot = ArticulationCfg(
-        prim_path="{ENV_REGEX_NS}/Robot", spawn=sim_utils.UsdFileCfg(usd_path=path), actuators=actuators
+        prim_path="{ENV_REGEX_NS}/Robot", spawn=sim_utils.UsdFileCfg(usd_path=path, **spawn), actuators=actuators
     )
     scene = InteractiveScene(_SceneCfg(num_envs=NUM_ENVS, env_spacing=2.0, robot=robot))
     sim.reset()
@@ -293,8 +296,8 @@ def test_gains_scaled_in_one_environment_are_scaled_from_the_files(started, impo
     robot.write_joint_damping_to_sim(3.0 * robot.data.default_joint_damping[1:], env_ids=[1])
     stiffness, damping, _ = _measured(imported)
     rng = np.random.default_rng(5)
-    pos, vel, targets = _state(rng, 0.02)
-    pos, vel = 0.1 * pos, 0.1 * vel
+    pos, vel, targets = _state(rng, 0.005)  # below every limit
+    pos, vel = 0.02 * pos, 0.02 * vel
     found = _efforts(sim, robot, order, pos, vel, targets)
     extra = stiffness * (targets["position"] - pos) + 2.0 * damping * (targets["velocity"] - vel)
     expected = imported.efforts(pos, vel, targets)
@@ -310,13 +313,34 @@ def test_numbers_of_a_config_hold_instead_of_the_files_law(robot_file):
     pos, vel, targets = _state(np.random.default_rng(0), 0.1)
     targets = {"position": np.full(len(_KINDS), 0.05), "velocity": targets["velocity"], "effort": targets["effort"]}
     law = 10.0 * (0.05 - pos) + 1.0 * (targets["velocity"] - vel) + targets["effort"]
-    limited = ("drive_limited", "limited", "geared", "lopsided", "newton", "newton_motor", "motor", "strong_motor")
+    limited = (
+        "drive_limited",
+        "drive_with_speed",
+        "limited",
+        "geared",
+        "lopsided",
+        "newton",
+        "newton_motor",
+        "motor",
+        "strong_motor",
+    )
     shown = [i for i, name in enumerate(_KINDS) if name not in limited]
     found = _efforts(sim, robot, order, pos, vel, targets)
     np.testing.assert_allclose(found[:, shown], [law[shown]] * NUM_ENVS, rtol=1e-4, atol=1e-5)
     # the limits stay the file's where the config gives none, as in Isaac Lab
     limits = dict(zip(robot.joint_names, robot.data.joint_effort_limits[0].tolist(), strict=True))
-    assert [limits[name] for name in limited] == pytest.approx([6.0, 7.0, 21.0, 10.5, 7.0, 8.0, 20.0, 8.0])
+    assert [limits[name] for name in limited] == pytest.approx([6.0, 8.0, 7.0, 21.0, 10.5, 7.0, 8.0, 20.0, 8.0])
+    sim.close()
+
+
+def test_drive_properties_of_a_spawner_are_of_the_joint_for_every_kind(robot_file):
+    properties = sim_utils.JointDrivePropertiesCfg(stiffness=30.0, damping=1.5, max_effort=5.0)
+    sim, robot = _start(robot_file, {"all": ImplicitActuatorCfg(**_ALL)}, joint_drive_props=properties)
+    number = {name: i for i, name in enumerate(robot.joint_names)}
+    drives = [number[name] for name, kind in _KINDS.items() if kind.command == "position"]
+    np.testing.assert_allclose(robot.data.joint_stiffness[:, drives], 30.0, rtol=1e-6)
+    np.testing.assert_allclose(robot.data.joint_damping[:, drives], 1.5, rtol=1e-6)
+    np.testing.assert_allclose(robot.data.joint_effort_limits, 5.0, rtol=1e-6)
     sim.close()
 
 

@@ -75,8 +75,11 @@ def read_file_drives(spec: mujoco.MjSpec, loop_drives: Mapping[str, str], path: 
     Raises:
         ConfigError: MuJoCo cannot compile the asset.
     """
+    alone = spec.copy()
+    for key in list(alone.keys):  # one may not fit after the spawner's overrides
+        alone.delete(key)
     try:
-        model = spec.copy().compile()
+        model = alone.compile()
     except ValueError as error:
         raise ConfigError(f"{path}: MuJoCo cannot compile the asset: {error}") from error
     sums: dict[str, _Sum] = {}
