@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 import torch
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, UsdPhysics
 
 import lift_lab.sim as sim_utils
 from lift_lab.assets import AssetBaseCfg, DeformableObjectCfg, RigidObjectCfg
@@ -325,3 +325,16 @@ def test_without_deformable_properties_a_mesh_cuboid_is_a_rigid_box():
     (geom,) = [g for g in range(model.ngeom) if model.geom_contype[g]]
     assert model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX
     assert model.geom_size[geom] == pytest.approx([edge / 2 for edge in SIZE])
+
+
+def test_simulation_options_of_its_file_do_not_hold_and_the_report_says_so(tmp_path):
+    corners = [(x, y, z) for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)]
+    path = author(tmp_path / "soft.usda", corners)
+    stage = Usd.Stage.Open(path)
+    UsdPhysics.Scene.Define(stage, "/Sponge/Scene").CreateGravityMagnitudeAttr(3.0)
+    stage.Save()
+    cfg = DeformableObjectCfg(prim_path="{ENV_REGEX_NS}/Sponge", spawn=sim_utils.UsdFileCfg(usd_path=path))
+    scene = start(cfg)
+    np.testing.assert_allclose(scene.sim.model.opt.gravity, [0, 0, -9.81])
+    notes = {note.attribute: note.reason for note in scene["object"].spawned.report.ignored}
+    assert "in a scene sim.gravity (0 0 -9.81) holds" in notes["physics:gravityMagnitude"]

@@ -12,6 +12,7 @@ import torch
 from lift_lab.sim import SimulationContext, note_ignored
 from lift_lab.sim.schemas import DeformableBodyPropertiesCfg
 from lift_lab.sim.spawners.appearance import linear_to_srgb
+from lift_lab.sim.spawners.file_options import adopt_scene_options
 from lift_lab.sim.spawners.materials import PreviewSurfaceCfg
 from lift_lab.usd.deformable import SoftBody, add_flex
 from lift_lab.utils import math as math_utils
@@ -84,6 +85,7 @@ class DeformableObject(AssetBase):
                 f"'{self.cfg.prim_path}' has: {paths}"
             )
         self._check_integrator()
+        adopt_scene_options(spawned, spec, f"scene.{name}")
         body = found[0]
         self._override(body)
         state = self.cfg.init_state
