@@ -86,6 +86,8 @@ def unknown_schemas(prim: Usd.Prim) -> list[tuple[str, str]]:
 
 def missing_schema(prim: Usd.Prim, name: str) -> str:
     """Why an attribute has no effect where it is: what the prim lacks; empty if nothing."""
+    if str(prim.GetTypeName()) in KINDS:
+        return ""  # actuators and tendons have attributes of joints
     needs = _needs(name)
     if needs and not any(_has(prim, need) for need in needs):
         if needs[0].endswith("API"):

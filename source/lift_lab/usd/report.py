@@ -43,7 +43,8 @@ class Note:
     reason: str
     """Why, in one line."""
     tuning: bool = False
-    """True for settings of another engine's solver: they change no physical quantity, and `strict` passes them."""
+    """True for settings of another engine's solver, and for pictures: they change no physical quantity, and `strict`
+    passes them."""
 
 
 @dataclass(frozen=True)

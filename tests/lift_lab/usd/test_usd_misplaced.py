@@ -103,6 +103,21 @@ def test_an_attribute_without_its_type_or_schema_is_reported(author, attributes,
     assert lacks in found[next(iter(attributes))]
 
 
+def test_actuators_may_have_attributes_of_joints(author):
+    """The clamp of a DC motor has a `newton:velocityLimit`, a tendon `mjc:armature`."""
+    a = author()
+    a.body("/Robot/base")
+    a.body("/Robot/link", pos=(0, 0, 1))
+    a.joint("/Robot/j", "RevoluteJoint", "/Robot/base", "/Robot/link", "Z")
+    motor = a.stage.DefinePrim("/Robot/motor", "NewtonActuator")
+    motor.CreateRelationship("newton:targets").AddTarget("/Robot/j")
+    for schema in ("NewtonPDControlAPI", "NewtonDCMotorClampingAPI"):
+        motor.AddAppliedSchema(schema)
+    limits = {"newton:saturationEffort": 9.0, "newton:maxMotorEffort": 5.0, "newton:velocityLimit": 7.0}
+    a.attrs(motor, {"newton:kp": 3.0, **limits})
+    assert _of(a.load()[1], "/Robot/motor") == {}
+
+
 def test_offsets_without_a_collider_are_reported(author):
     a = author()
     a.attrs(a.gprim("/Robot/box", "Cube", collider=False, size=0.2), {"physxCollision:restOffset": 0.1})
