@@ -150,7 +150,7 @@ class ImportReport:
             names += f" and {number - _MOST_NAMED} more" if number > _MOST_NAMED else ""
             bodies = "rigid body" if number == 1 else f"{number} rigid bodies"
             meant = "a collider that is switched off (collision_enabled=False) says that this is meant"
-            lines.append(f"{bodies} without a collider, which nothing can touch and no ground holds: {names}; {meant}")
+            lines.append(f"{bodies} without a collider, which nothing can touch: {names}; {meant}")
         return lines
 
     def table(self) -> Table:

@@ -58,7 +58,7 @@ def test_what_a_file_loses_is_logged_once_a_kind(tmp_path, warnings):
             "linearDamping on </robot/base>",
             "RevolutePhysicsJoint on </robot/hinge>",
             "physics:mass",
-            "no ground holds: base",
+            "nothing can touch: base",
         ),
         strict=True,
     ):
