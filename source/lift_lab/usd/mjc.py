@@ -302,4 +302,6 @@ def add_keyframes(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names) -> Non
             reason = f"{len(given[wrong[0]])} values where the model has {sizes[wrong[0]]}"
             parsed.report.ignore(prim.GetPath(), f"mjc:{wrong[0]}", reason)
             continue
-        spec.add_key(name=names.of("key", str(prim.GetPath())), **given)
+        name = names.of("key", str(prim.GetPath()))
+        spec.add_key(name=name, **given)
+        parsed.report.keyframes[name] = str(prim.GetPath())

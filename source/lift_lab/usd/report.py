@@ -95,6 +95,8 @@ class ImportReport:
     """Joint positions other than zero that the stage starts with, in rad or m, by joint name."""
     initial_ctrl: dict[str, float] = field(default_factory=dict)
     """Drive targets other than zero, in rad, m, rad/s or m/s, by actuator name."""
+    keyframes: dict[str, str] = field(default_factory=dict)
+    """Prim path of every keyframe, by name. A scene has none of them: its assets start from `init_state`."""
     loop_drives: dict[str, str] = field(default_factory=dict)
     """Joint by actuator name, of drives that act between the two bodies of a joint that closes a loop."""
     options: list[OptionSource] = field(default_factory=list)

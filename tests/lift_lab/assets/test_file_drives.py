@@ -395,3 +395,31 @@ def test_an_effort_limit_of_zero_is_a_joint_that_cannot_push(tmp_path):
     sim.physics.forward()
     np.testing.assert_allclose(sim.physics.field("qfrc_actuator"), 0.0, atol=1e-30)
     sim.close()
+
+
+def _pair(first, second):
+    """Two actuators on one joint."""
+
+    def author(stage, joint):
+        first(stage, joint)
+        prim = stage.GetPrimAtPath(f"{joint.GetPath()}_act")
+        stage.GetRootLayer().GetPrimAtPath(prim.GetPath()).name += "ive"
+        second(stage, joint)
+
+    return _Kind(author)
+
+
+@pytest.mark.parametrize("force", [None, (-3.0, 3.0)])
+def test_actuators_that_share_a_joint_add_up(tmp_path, caplog, force):
+    limits = {} if force is None else {"forceRange": force}
+    velocity = _mjc(gainPrm=[3.0], biasPrm=[0.0, 0.0, -3.0], biasType="affine", **limits)
+    path = _author_robot(tmp_path / "one.usda", {"knee": _pair(_position(50.0, -2.0, gear=[2.0], **limits), velocity)})
+    assert load(path)[0].compile().nu == 2
+    with caplog.at_level(logging.WARNING, "lift_lab.assets.articulation.file_drives"):
+        sim, robot = _start(path, {"all": ImplicitActuatorCfg(**_ALL)})
+    np.testing.assert_allclose(robot.data.joint_stiffness, 4 * 50.0)
+    np.testing.assert_allclose(robot.data.joint_damping, 4 * 2.0 + 3.0)
+    np.testing.assert_allclose(robot.data.joint_effort_limits, math.inf if force is None else 2 * 3.0 + 3.0)
+    said = [line for line in caplog.messages if "added up" in line]
+    assert len(said) == (force is not None)  # MuJoCo clips each: the sum is near, not the same
+    sim.close()

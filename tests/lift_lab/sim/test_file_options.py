@@ -118,6 +118,21 @@ def test_options_that_agree_with_the_scene_are_no_news(tmp_path, caplog):
     assert not [note for note in scene["body"].spawned.report.ignored if "in a scene" in note.reason]
 
 
+def test_keyframes_stay_behind_and_the_report_says_so(tmp_path, capfd):
+    path = _ball(tmp_path / "ball.usda")
+    stage = Usd.Stage.Open(path)
+    key = stage.DefinePrim("/Ball/home", "MjcKeyframe")
+    key.CreateAttribute("mjc:qpos", _TYPES.DoubleArray).Set([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    stage.Save()
+    assert load(path)[0].compile().nkey == 1
+    sim, scene = _start(sim_utils.UsdFileCfg(usd_path=path))
+    assert sim.model.nkey == 0
+    notes = [(n.prim_path, n.reason) for n in scene["body"].spawned.report.ignored if n.attribute == "MjcKeyframe"]
+    assert notes == [("/Ball/home", "in a scene init_state holds")]
+    out, err = capfd.readouterr()
+    assert "WARNING: " not in out + err
+
+
 def _from_mjcf(prim_path, cfg):
     return Spawned(
         mujoco.MjSpec.from_string(

@@ -20,14 +20,16 @@ _SETTINGS = {"timestep": "sim.dt", "gravity": "sim.gravity"} | {
 }
 _ENUMS = {"integrator": mujoco.mjtIntegrator, "cone": mujoco.mjtCone, "solver": mujoco.mjtSolver}
 _VISUAL = ("global_", "headlight", "map", "quality", "rgba", "scale")
+_logged: set[str] = set()
 _SIZES = ("memory", "nconmax", "njmax", "nstack")
 
 
 def adopt_scene_options(spawned: Spawned, scene: mujoco.MjSpec, path: str) -> None:
-    """Give an asset's spec the options of the scene that it is about to join.
+    """Give an asset's spec the options of the scene that it is about to join, and take its keyframes away.
 
-    MuJoCo keeps the scene's options when a spec is attached, and prints every difference. Here the options that the
-    file sets and that differ are noted in the import report, and logged in one line.
+    MuJoCo keeps the scene's options when a spec is attached, prints every difference, and prints a warning of
+    keyframes. Here the options that the file sets and that differ are noted in the import report, and logged in one
+    line, once in a process; keyframes are noted in the report: a scene starts from its assets' ``init_state``.
 
     Args:
         spawned: the asset; its spec and its report are changed.
@@ -44,6 +46,11 @@ def adopt_scene_options(spawned: Spawned, scene: mujoco.MjSpec, path: str) -> No
             setattr(ours, name, getattr(theirs, name))
     for size in _SIZES:
         setattr(asset, size, getattr(scene, size))
+    for key in list(asset.keys):
+        if spawned.report is not None:
+            prim_path = spawned.report.keyframes.get(key.name, "")
+            spawned.report.ignore(prim_path, "MjcKeyframe", "in a scene init_state holds")
+        asset.delete(key)
     if not lost:
         return
     if spawned.report is not None:
@@ -51,7 +58,10 @@ def adopt_scene_options(spawned: Spawned, scene: mujoco.MjSpec, path: str) -> No
             reason = f"{theirs} here; in a scene {_setting(source)} ({ours}) holds"
             spawned.report.ignore(source.prim_path, source.attribute, reason)
     listed = ", ".join(f"{source.attribute} {theirs} (here {ours})" for source, theirs, ours in lost)
-    logger.warning("%s: options of its file do not hold in a scene, SimulationCfg's do: %s", path, listed)
+    key = f"{path} {spawned.report.path if spawned.report is not None else ''}: {listed}"
+    if key not in _logged:
+        _logged.add(key)
+        logger.warning("%s: options of its file do not hold in a scene, SimulationCfg's do: %s", path, listed)
 
 
 def _differences(spawned: Spawned, scene: mujoco.MjSpec) -> list[tuple[OptionSource, str, str]]:
