@@ -135,7 +135,19 @@ _NUMBERS = {
     "env.scene.env_spacing": "nan -1 inf",
     "env.rewards.alive.weight": "nan inf -inf",
     "env.rewards.pole_pos.params.target": "nan",
-    "env.events.reset_cart_position.params.position_range": "[nan,1]",
+    "env.events.reset_cart_position.params.position_range": "[nan,1] [1,-1] [1] [-inf,inf]",
+    "env.events.reset_cart_position.params.velocity_range": "[0,inf] [2,1]",
+    "env.terminations.cart_out_of_bounds.params.bounds": "[nan,1] [1,-1] [1,2,3]",
+    "env.observations.policy.joint_pos_rel.clip": "[1.0] [2.0,1.0] [nan,1.0]",
+    "env.observations.policy.joint_pos_rel.scale": "nan inf big [1.0,nan]",
+    "env.actions.joint_effort.clip": "{slider_to_cart:[1,-1]} {slider_to_cart:[1]}",
+    "env.scene.robot.init_state.rot": "[0,0,0,nan] [0,0,0]",
+    "env.scene.ground.spawn.size": "[0,0]",
+    "env.sim.mujoco.integrator": "Leapfrog",
+    "env.viewer.origin_type": "moon",
+    "agent.logger": "csv neptune",
+    "agent.policy.noise_std_type": "linear",
+    "agent.algorithm.anneal_iterations": "[5,3] [1] [-1,2]",
     "env.viewer.resolution": "[0,10] [-1,5]",
     "env.viewer.eye": "[nan,0,0]",
     "env.actions.joint_effort.scale": "nan inf",
@@ -147,8 +159,9 @@ _LIFT_NUMBERS = {
     "env.commands.object_pose.resampling_time_range": "[nan,5] [-1,5] [5,1]",
     "env.commands.object_pose.ranges.pos_x": "[1,0] [nan,1] [0,inf]",
     "env.curriculum.action_rate.params.weight": "nan",
-    "env.rewards.reaching_object.params.std": "nan",
-    "env.terminations.object_dropping.params.minimum_height": "nan",
+    "env.rewards.reaching_object.params.std": "nan 0 -1 inf",
+    "env.rewards.lifting_object.params.minimal_height": "nan inf",
+    "env.terminations.object_dropping.params.minimum_height": "nan -inf",
     "env.scene.robot.actuators.panda_hand.stiffness": "nan -1",
     "env.scene.robot.soft_joint_pos_limit_factor": "0 nan",
     "env.scene.object.init_state.pos": "[0,nan,0]",
@@ -198,6 +211,33 @@ def _all() -> list[WrongInput]:
     # What can only be found when the environment is there.
     add(_TRAIN, (*_CARTPOLE, "agent.success_metric=Metrics/sucess"), "success_metric", "Metrics/sucess")
     add(_TRAIN, (*_CARTPOLE, "env.actions.joint_effort=null"), "env.actions")
+    for path in ("env.sim", "env.scene", "agent.policy", "agent.algorithm", "env.sim.mujoco"):
+        add(_TRAIN, (*_CARTPOLE, f"~{path}"), path.rpartition(".")[2])
+    for path in ("env.scene.robot.actuators", "env.rewards.pole_pos.params.asset_cfg", "env.scene.robot.init_state"):
+        add(_TRAIN, (*_CARTPOLE, f"{path}=null"), path)
+    for path in ("env.scene.robot.actuators", "env.scene.robot.init_state.joint_pos", "env.rewards.pole_pos.params"):
+        add(_TRAIN, (*_CARTPOLE, path + "={}"), path)
+    add(_TRAIN, (*_CARTPOLE, "env.scene.robot=null"), "'robot'")
+    add(_TRAIN, (*_CARTPOLE, "env.scene.robot.spawn.usd_path=no/such.usda"), "no/such.usda")
+    add(_TRAIN, (*_CARTPOLE, "env.actions.joint_effort.joint_names=[elbow]"), "elbow", "slider_to_cart")
+    add(_TRAIN, (*_CARTPOLE, "env.actions.joint_effort.joint_names=[]"), "env.actions")
+    add(_TRAIN, (*_CARTPOLE, "env.actions.joint_effort.asset_name=robo"), "'robo'", "'robot'")
+    add(_TRAIN, (*_CARTPOLE, "env.rewards.pole_pos.params.asset_cfg.joint_names=[elbow]"), "elbow", "cart_to_pole")
+    add(_TRAIN, (*_CARTPOLE, "env.rewards.alive.params={foo:1}"), "'foo'")
+    add(_TRAIN, (*_CARTPOLE, "env.rewards.alive.func=no.such:thing"), "no.such")
+    add(_TRAIN, (*_CARTPOLE, "env.observations.policy.concatenate_dim=7"), "'policy'", "dimension 7")
+    add(_TRAIN, (*_CARTPOLE, "env.observations.policy.concatenate_terms=false"), "'policy'", "concatenate_terms")
+    add(_TRAIN, (*_CARTPOLE, "agent.policy.actor_hidden_dims=[100000000,100000000]"), "actor_hidden_dims", "memory")
+    add(_TRAIN, (*_CARTPOLE, "agent.num_steps_per_env=100000000000"), "num_steps_per_env", "memory")
+    add(_TRAIN, (*_LIFT, "env.scene.object=null"), "'object'")
+    add(_TRAIN, (*_LIFT, "env.scene.ee_frame=null"), "'ee_frame'")
+    add(_TRAIN, (*_LIFT, "env.scene.ee_frame.target_frames=[]"), "target_frames")
+    add(_TRAIN, (*_LIFT, "env.commands=null"), "'object_pose'")
+    add(_TRAIN, (*_LIFT, "env.commands.object_pose.ranges=null"), "env.commands.object_pose.ranges")
+    add(_TRAIN, (*_LIFT, "env.commands.object_pose.body_name=thumb"), "'thumb'", "panda_hand")
+    add(_TRAIN, (*_LIFT, "env.scene.robot.actuators.panda_hand.joint_names_expr=[x]"), "'x'", "panda_joint1")
+    add(_TRAIN, (*_LIFT, "env.scene.object.spawn.scale=[0,0,0]"), "scale")
+    add(_TRAIN, (*_LIFT, "env.actions.gripper_action.open_command_expr={}"), "open_command_expr")
     add(_TRAIN, (*_CARTPOLE, "env.observations.policy=null"), "env.observations")
     nothing = ("env.observations.policy.joint_pos_rel=null", "env.observations.policy.joint_vel_rel=null")
     add(_TRAIN, (*_CARTPOLE, *nothing), "env.observations.policy")

@@ -62,6 +62,8 @@ def check_library_cfg(cfg: dict[str, Any]) -> None:
             value: Any = cfg
             for key in name.split("."):
                 value = value.get(key) if isinstance(value, dict) else None
+            if isinstance(value, (str, bool)):  # a schedule by its name
+                continue
             problem = known.problem(f"agent.{name}", value)
             if problem is not None:
                 raise ConfigError(problem)

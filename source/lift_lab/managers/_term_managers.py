@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from lift_lab.utils.debug_vis import DebugVis
-from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
+from lift_lab.utils.errors import ConfigError, ConfigTypeError, NotFoundError, suggest
 
 from .manager_base import EnvIds, ManagerBase, ManagerTermBase
 
@@ -90,7 +90,7 @@ class ObjectTermManager(ManagerBase):
         for name, term_cfg in self._term_items(self.term_cfg_type, self.cfg, self.settings):
             term = term_cfg.class_type(term_cfg, self._env)
             if not isinstance(term, self.term_type):
-                raise TypeError(
+                raise ConfigTypeError(
                     f"{self._owner(name)}: class_type must be a sub-class of {self.term_type.__name__},"
                     f" not '{type(term).__name__}'"
                 )

@@ -140,7 +140,7 @@ class ActionManager(ObjectTermManager):
             ValueError: the action has another shape.
         """
         if action.shape != self._action.shape:
-            raise ValueError(
+            raise ConfigError(
                 f"the action has shape {tuple(action.shape)}, expected {tuple(self._action.shape)}: a row for"
                 f" each environment, {self._total_action_dim} columns for the terms {list(self._terms)}"
             )

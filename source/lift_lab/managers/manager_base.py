@@ -17,7 +17,7 @@ import torch
 
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.dict import class_to_dict
-from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.errors import ConfigError, ConfigTypeError, NoCallError, NotCallableError, suggest
 from lift_lab.utils.string import resolve_matching_names, string_to_callable
 
 from .manager_term_cfg import ManagerTermBaseCfg
@@ -210,7 +210,7 @@ class ManagerBase(ABC):
     def _check_type(self, name: str, term_cfg: Any, term_type: type) -> None:
         if not isinstance(term_cfg, term_type):
             given = type(term_cfg).__name__
-            raise TypeError(f"{self._owner(name)} must be of type {term_type.__name__}, not '{given}'")
+            raise ConfigTypeError(f"{self._owner(name)} must be of type {term_type.__name__}, not '{given}'")
 
     def _resolve_common_term_cfg(self, term_name: str, term_cfg: ManagerTermBaseCfg, min_argc: int = 1) -> None:
         """Find and check the term's function, then bind the term to the scene.
@@ -233,13 +233,13 @@ class ManagerBase(ABC):
                 raise ConfigError(f"{owner}: {error}") from error
         func: Any = term_cfg.func
         if not callable(func):
-            raise AttributeError(f"{owner}: func is not callable: {func!r}")
+            raise NotCallableError(f"{owner}: func is not callable: {func!r}")
         fixed = ["env", "env_ids"][:min_argc]
         if inspect.isclass(func):
             if not issubclass(func, ManagerTermBase):
-                raise TypeError(f"{owner}: the class '{func.__name__}' is not a sub-class of ManagerTermBase")
+                raise ConfigTypeError(f"{owner}: the class '{func.__name__}' is not a sub-class of ManagerTermBase")
             if func.__call__ is ManagerTermBase.__call__:
-                raise NotImplementedError(f"{owner}: the class '{func.__name__}' has no __call__")
+                raise NoCallError(f"{owner}: the class '{func.__name__}' has no __call__")
             func, fixed = func.__call__, ["self", *fixed]
         check_arguments(owner, func, term_cfg.params, fixed)
         self._adopt_default_entities(term_cfg, func)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from lift_lab.utils.dict import class_to_dict
-from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.errors import ConfigError, ConfigTypeError, NotCallableError, ShapeError, suggest
 from lift_lab.utils.modifiers import ModifierBase, ModifierCfg
 from lift_lab.utils.noise import NoiseModel, NoiseModelCfg
 
@@ -232,7 +232,7 @@ class ObservationManager(ManagerBase):
         if cfg.scale is None or isinstance(cfg.scale, (int, float)):
             return
         if not isinstance(cfg.scale, tuple):
-            raise TypeError(f"{self._owner(path)}: scale must be a number or a tuple, not {cfg.scale!r}")
+            raise ConfigTypeError(f"{self._owner(path)}: scale must be a number or a tuple, not {cfg.scale!r}")
         if len(cfg.scale) != shape[-1]:
             raise ConfigError(f"{self._owner(path)}: scale has {len(cfg.scale)} entries, the observation {shape[-1]}")
         cfg.scale = torch.tensor(cfg.scale, dtype=torch.float, device=self.device)  # type: ignore[assignment]
@@ -241,15 +241,15 @@ class ObservationManager(ManagerBase):
         """Check the modifiers and build those that are classes."""
         for modifier in cfg.modifiers or ():
             if not isinstance(modifier, ModifierCfg):
-                raise TypeError(f"{self._owner(path)}: a modifier must be a ModifierCfg, not {modifier!r}")
+                raise ConfigTypeError(f"{self._owner(path)}: a modifier must be a ModifierCfg, not {modifier!r}")
             if inspect.isclass(modifier.func):
                 if not issubclass(modifier.func, ModifierBase):
                     name = modifier.func.__name__
-                    raise TypeError(f"{self._owner(path)}: the modifier class '{name}' is not a ModifierBase")
+                    raise ConfigTypeError(f"{self._owner(path)}: the modifier class '{name}' is not a ModifierBase")
                 modifier.func = modifier.func(cfg=modifier, data_dim=shape, device=self.device)
                 self._resettable.append(modifier.func)
             if not callable(modifier.func):
-                raise AttributeError(f"{self._owner(path)}: a modifier is not callable: {modifier.func!r}")
+                raise NotCallableError(f"{self._owner(path)}: a modifier is not callable: {modifier.func!r}")
             check_arguments(f"{self._owner(path)}, a modifier", modifier.func, modifier.params, ["data"])
 
     def _prepare_noise(self, path: str, cfg: ObservationTermCfg) -> None:
@@ -259,7 +259,7 @@ class ObservationManager(ManagerBase):
             return
         if not issubclass(noise.class_type, NoiseModel):
             name = noise.class_type.__name__
-            raise TypeError(f"{self._owner(path)}: the noise model class '{name}' is not a NoiseModel")
+            raise ConfigTypeError(f"{self._owner(path)}: the noise model class '{name}' is not a NoiseModel")
         noise.func = noise.class_type(noise, num_envs=self.num_envs, device=self.device)
         self._resettable.append(noise.func)
 
@@ -281,7 +281,7 @@ class ObservationManager(ManagerBase):
             fits = len(others) == 1
         if not fits:
             listed = dict(zip(self._group_obs_term_names[group], shapes, strict=True))
-            raise RuntimeError(
+            raise ShapeError(
                 f"the terms of observation group '{group}' cannot be concatenated along dimension {axis}:"
                 f" their shapes are {listed}; set concatenate_terms=False to get them as a dict"
             )

@@ -12,6 +12,7 @@ import torch
 
 from lift_lab.utils import configclass
 from lift_lab.utils.datasets import EpisodeData, HDF5DatasetFileHandler
+from lift_lab.utils.errors import ConfigTypeError
 
 from ._table import render_table
 from ._term_managers import ObjectTermManager
@@ -119,7 +120,7 @@ class RecorderManager(ObjectTermManager):
         if not self._terms:
             return
         if not isinstance(self.cfg, RecorderManagerBaseCfg):
-            raise TypeError(f"recorder terms need a RecorderManagerBaseCfg, not a '{type(self.cfg).__name__}'")
+            raise ConfigTypeError(f"recorder terms need a RecorderManagerBaseCfg, not a '{type(self.cfg).__name__}'")
         self._path = os.path.join(self.cfg.dataset_export_dir_path, self.cfg.dataset_filename)
         mode = self.cfg.dataset_export_mode
         if mode != DatasetExportMode.EXPORT_NONE:

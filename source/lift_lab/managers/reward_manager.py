@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
+from lift_lab.utils.errors import ConfigError, ConfigTypeError
+
 from ._table import render_table
 from ._term_managers import FunctionTermManager
 from .manager_base import EnvIds, as_env_id_tensor
@@ -56,7 +58,7 @@ class RewardManager(FunctionTermManager):
 
     def _accept_term(self, term_name: str, term_cfg: RewardTermCfg) -> None:
         if not isinstance(term_cfg.weight, (int, float)):
-            raise TypeError(f"{self._owner(term_name)}: weight must be a number, not {term_cfg.weight!r}")
+            raise ConfigTypeError(f"{self._owner(term_name)}: weight must be a number, not {term_cfg.weight!r}")
         super()._accept_term(term_name, term_cfg)
 
     def compute(self, dt: float) -> torch.Tensor:
@@ -91,7 +93,7 @@ class RewardManager(FunctionTermManager):
         if not isinstance(value, torch.Tensor):
             return torch.full_like(self._skipped, value)
         if value.shape != self._shape:
-            raise ValueError(
+            raise ConfigError(
                 f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
                 f" expected ({self.num_envs},)"
             )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
+from lift_lab.utils.errors import ConfigError, ConfigTypeError
+
 from ._table import render_table
 from ._term_managers import FunctionTermManager
 from .manager_base import EnvIds
@@ -83,12 +85,12 @@ class TerminationManager(FunctionTermManager):
     def _call(self, index: int, cfg: TerminationTermCfg) -> torch.Tensor:
         value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
         if value.shape != self._none.shape:
-            raise ValueError(
+            raise ConfigError(
                 f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
                 f" expected ({self.num_envs},)"
             )
         if value.dtype != torch.bool:
-            raise TypeError(f"{self._owner(self._term_names[index])} returned {value.dtype}, expected torch.bool")
+            raise ConfigTypeError(f"{self._owner(self._term_names[index])} returned {value.dtype}, expected torch.bool")
         return value
 
     def _any(self, fired: Sequence[torch.Tensor], time_out: bool) -> torch.Tensor:

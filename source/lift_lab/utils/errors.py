@@ -23,6 +23,22 @@ class ConfigError(LiftLabError, ValueError):
     """A configuration holds a wrong value."""
 
 
+class ConfigTypeError(LiftLabError, TypeError):
+    """A configuration, or a function that it names, gives a value of the wrong type."""
+
+
+class NotCallableError(LiftLabError, AttributeError):
+    """A configuration names something that cannot be called."""
+
+
+class NoCallError(LiftLabError, NotImplementedError):
+    """A class of a term has no ``__call__``."""
+
+
+class ShapeError(LiftLabError, RuntimeError):
+    """Shapes do not fit together."""
+
+
 class UnknownFieldError(ConfigError, KeyError):
     """A configuration has no entry of that name."""
 

@@ -58,17 +58,29 @@ class Range:
 
         Args:
             path: name of the field.
-            value: a number, or a list, tuple, dictionary or tensor of numbers. Anything else is not looked at.
+            value: a number, or a list, tuple, dictionary or tensor of numbers. Text is none; anything else is not
+                looked at.
         """
-        for name, number in numbers_in(path, value):
+        if isinstance(value, (str, bool)):
+            return f"{path} is {value!r}; it must be {self}"
+        if isinstance(value, (list, tuple)) and len(value) < self.least_entries:
+            return f"{path} is empty; it needs at least {self.least_entries} entry"
+        if isinstance(value, (list, tuple, dict)):
+            entries = value.items() if isinstance(value, dict) else enumerate(value)
+            for key, entry in entries:
+                inner = f"{path}.{key}" if isinstance(value, dict) else f"{path}[{key}]"
+                found = self.problem(inner, entry)
+                if found is not None:
+                    return found
+        numbers = isinstance(value, (list, tuple)) and all(isinstance(entry, _NUMBERS) for entry in value)
+        if self.ascending and numbers:
+            if len(value) != 2:
+                return f"{path} has {len(value)} numbers; it needs two, (low, high)"
+            if value[0] > value[1]:
+                return f"{path} is ({value[0]:g}, {value[1]:g}); the first number must not be above the second"
+        for name, number in () if isinstance(value, (list, tuple, dict)) else numbers_in(path, value):
             if not self._takes(number):
                 return f"{name} is {number:g}; it must be {self}"
-        if isinstance(value, (list, tuple)):
-            if len(value) < self.least_entries:
-                return f"{path} is empty; it needs at least {self.least_entries} entry"
-            pair = len(value) == 2 and all(isinstance(entry, _NUMBERS) for entry in value)
-            if self.ascending and pair and value[0] > value[1]:
-                return f"{path} is ({value[0]:g}, {value[1]:g}); the first number must not be above the second"
         return None
 
     def _takes(self, number: float) -> bool:
@@ -140,6 +152,27 @@ def ranges_of(cls: type) -> dict[str, Range]:
 
 
 @functools.cache
+def param_ranges(func: Any) -> dict[str, Range]:
+    """Ranges that a term declares for its arguments.
+
+    Args:
+        func: a function, or a class with ``__call__``, whose arguments are annotated as ``Annotated[float, POSITIVE]``.
+    """
+    call = func.__call__ if isinstance(func, type) else func
+    found = {}
+    for name, annotation in getattr(call, "__annotations__", {}).items():
+        if isinstance(annotation, str) and annotation.startswith("Annotated["):
+            try:
+                annotation = eval(annotation, getattr(call, "__globals__", {}))
+            except (NameError, AttributeError, TypeError, SyntaxError):
+                continue
+        for note in getattr(annotation, "__metadata__", ()):
+            if isinstance(note, Range):
+                found[name] = note
+    return found
+
+
+@functools.cache
 def may_be_none(cls: type, name: str) -> bool:
     """Whether a field may be None.
 
@@ -190,10 +223,16 @@ def first_problem(cfg: Any, path: str = "") -> str | None:
     """
     if dataclasses.is_dataclass(cfg) and not isinstance(cfg, type):
         ranges, cls = ranges_of(type(cfg)), type(cfg)
+        params = param_ranges(cfg.func) if callable(getattr(cfg, "func", None)) else {}
         for name, value in vars(cfg).items():
             inner = f"{path}.{name}" if path else name
+            if name == "params" and isinstance(value, dict):
+                for key in params.keys() & value.keys():
+                    problem = params[key].problem(f"{inner}.{key}", value[key])
+                    if problem is not None:
+                        return problem
             if value is None and not may_be_none(cls, name):
-                return f"{inner} is null; " + (f"it must be {ranges[name]}" if name in ranges else "it cannot be")
+                return f"{inner} is null; " + (f"it must be {ranges[name]}" if name in ranges else "it is needed")
             known = ranges.get(name)
             problem = first_problem(value, inner) if known is None else known.problem(inner, value)
             if problem is not None:

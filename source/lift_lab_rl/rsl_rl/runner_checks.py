@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import torch
@@ -29,7 +30,9 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
     _check_actions(env, cfg)
     if cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:
         check_final_obs(env)
-    numbers = sum(value[0].numel() for value in env.get_observations().values()) + 3 * env.num_actions + 6
+    obs = env.get_observations()
+    _check_networks(cfg, obs, device)
+    numbers = sum(value[0].numel() for value in obs.values()) + 3 * env.num_actions + 6
     check_fits("agent.num_steps_per_env", cfg["num_steps_per_env"], 4 * numbers * env.num_envs, device)
     metric, inner = cfg.get("success_metric"), manager_env(env)
     known = [] if inner is None else list(inner.extras.get("log", {}))
@@ -46,3 +49,20 @@ def _check_actions(env: Any, cfg: dict[str, Any]) -> None:
                 f"agent.policy.{name}: {len(given)} values for {env.num_actions} actions; give one for each"
                 + (", or a single one" if name == "init_noise_std" else "")
             )
+
+
+def _check_networks(cfg: dict[str, Any], obs: Any, device: str) -> None:
+    """Networks see vectors, and their weights, gradients and optimiser state have to fit into memory."""
+    for name in ("actor", "critic"):
+        if cfg[name]["class_name"] not in ("MLPModel", "RNNModel"):
+            continue
+        groups = cfg["obs_groups"][name]
+        for group in groups:
+            if not isinstance(obs[group], torch.Tensor) or obs[group].ndim != 2:
+                raise ConfigError(
+                    f"agent.obs_groups: the {name} sees vectors, but group '{group}' is none; set "
+                    f"env.observations.{group}.concatenate_terms=true and leave out terms of other shapes"
+                )
+        widths = [sum(obs[group].shape[1] for group in groups), *cfg[name]["hidden_dims"]]
+        weights = sum(before * after for before, after in itertools.pairwise(widths))
+        check_fits(f"the number of weights of agent.policy.{name}_hidden_dims", weights, 4 * 4, device)

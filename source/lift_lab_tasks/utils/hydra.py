@@ -130,8 +130,10 @@ def _apply(cfgs: dict[str, Any], texts: Sequence[str]) -> None:
     for override in overrides:
         keys = override.key_or_group.split(".")
         if override.type == OverrideType.DEL:
-            _delete(_find(cfgs, keys[:-1], override.key_or_group), keys[-1])
+            _delete(_find(cfgs, keys[:-1], override.key_or_group), keys[-1], override)
             continue
+        if override.value() == {} and override.type == OverrideType.CHANGE:
+            _refuse_empty(cfgs, override)
         for path in list(_leaf_paths(_find(cfgs, keys[:-1], override.key_or_group), keys, override.value())):
             try:
                 value = composed
@@ -233,17 +235,30 @@ def _write(cfgs: dict[str, Any], path: list[str], value: Any, override: Override
 def _may_be_none(owner: Any, name: str, current: Any) -> bool:
     if dataclasses.is_dataclass(owner) and not may_be_none(type(owner), name):
         return False
-    if not isinstance(current, (bool, int, float, str, list, tuple)):
+    if isinstance(owner, dict) and dataclasses.is_dataclass(current) and type(current).__name__ == "SceneEntityCfg":
+        return False  # an argument of a term
+    if not isinstance(current, (bool, int, float, str, list, tuple, dict)):
         return True
     hint = None if isinstance(owner, dict) else field_hints(type(owner)).get(name)
     return hint is None or hint is Any or type(None) in get_args(hint)
 
 
-def _delete(owner: Any, name: str) -> None:
+def _delete(owner: Any, name: str, override: Override) -> None:
     if isinstance(owner, dict):
         del owner[name]
-    else:
-        setattr(owner, name, None)
+        return
+    if dataclasses.is_dataclass(owner) and not may_be_none(type(owner), name):
+        raise ConfigError(f"override '{override.input_line}': {name} is needed and cannot be removed")
+    setattr(owner, name, None)
+
+
+def _refuse_empty(cfgs: dict[str, Any], override: Override) -> None:
+    """An empty dictionary merges nothing into one that has entries."""
+    path = override.key_or_group
+    names = _children(_find(cfgs, path.split("."), path))
+    if names:
+        text = quote(f"~{path}.{name}" for name in names)
+        raise ConfigError(f"override '{override.input_line}': {{}} changes nothing; remove entries with {text}")
 
 
 # -- paths

@@ -73,6 +73,33 @@ def test_a_setting_that_cannot_work_is_an_error(make_cfg, field, value, message)
         ManagerBasedRLEnv(make_cfg(**{field: value}))
 
 
+def push(env, env_ids):
+    pass
+
+
+@pytest.mark.parametrize(("mode", "message"), [("rest", "did you mean 'reset'"), ("crash", "choose one of")])
+def test_a_mode_of_events_that_nothing_applies_is_an_error(make_cfg, mode, message):
+    cfg = make_cfg(events={"push": EventTermCfg(func=push, mode=mode)})
+    with pytest.raises(ConfigError, match=f"env.events.push.mode is '{mode}', which nothing applies; {message}"):
+        ManagerBasedRLEnv(cfg)
+
+
+@pytest.mark.parametrize("modes", [("reset", "crash"), None])
+def test_an_environment_class_names_modes_of_its_own(make_cfg, modes):
+    class Own(ManagerBasedRLEnv):
+        event_modes = modes
+
+    env = Own(make_cfg(events={"push": EventTermCfg(func=push, mode="crash")}))
+    env.close()
+
+
+def test_more_environments_than_memory_are_refused_before_they_are_made(make_cfg):
+    cfg = make_cfg()
+    cfg.scene.num_envs = 10**13
+    with pytest.raises(ConfigError, match=r"scene.num_envs is 10000000000000: that needs at least .* fit"):
+        ManagerBasedRLEnv(cfg)
+
+
 def test_an_unknown_render_mode_is_an_error(make_cfg):
     with pytest.raises(ConfigError, match="rgb_array"):
         ManagerBasedRLEnv(make_cfg(), render_mode="rgb")

@@ -313,7 +313,6 @@ def test_a_group_that_is_not_concatenated_is_a_dict(env):
     [
         {"a": ObservationTermCfg(func=state), "b": ObservationTermCfg(func=image)},
         {"a": ObservationTermCfg(func=lambda env: env.state[:, 0])},
-        {},
     ],
 )
 def test_terms_that_cannot_be_concatenated_are_refused(env, terms):

@@ -5,7 +5,7 @@ import importlib
 import math
 import pkgutil
 import typing
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
@@ -14,7 +14,8 @@ import torch
 import lift_lab
 import lift_lab_rl
 import lift_lab_tasks
-from lift_lab.managers import RewardTermCfg
+from lift_lab.envs import mdp
+from lift_lab.managers import ManagerTermBase, RewardTermCfg
 from lift_lab.sim import SimulationCfg
 from lift_lab.utils import configclass
 from lift_lab.utils.config_update import field_hints
@@ -30,6 +31,7 @@ from lift_lab.utils.ranges import (
     SPAN,
     Ranges,
     may_be_none,
+    param_ranges,
     ranges_of,
 )
 
@@ -119,6 +121,33 @@ def test_entries_of_lists_dictionaries_and_tensors_are_named():
     assert FINITE.problem("bias", torch.tensor([0.0, math.inf])) == "bias[1] is inf; it must be finite"
     assert SPAN.problem("x", (2.0, 1.0)) == "x is (2, 1); the first number must not be above the second"
     assert SPAN.problem("x", (1.0, 1.0)) is None
+    assert SPAN.problem("x", [1.0]) == "x has 1 numbers; it needs two, (low, high)"
+    assert SPAN.problem("pose", {"x": (0, 1), "yaw": (1, 0)}) is not None
+    assert POSITIVE.problem("x", "fast") == "x is 'fast'; it must be finite and above 0"
+    assert COUNT.problem("x", True) == "x is True; it must be at least 1"
+
+
+def term(env, std: Annotated[float, POSITIVE], limit: "Annotated[float, FRACTION]" = 0.5, other: float = 1.0):
+    return std
+
+
+class Term(ManagerTermBase):
+    def __call__(self, env, std: Annotated[float, POSITIVE]):
+        return std
+
+
+@pytest.mark.parametrize("func", [term, Term])
+def test_arguments_of_terms_have_the_ranges_of_their_annotations(func):
+    cfg = RewardTermCfg(func=func, weight=1.0, params={"std": 0.0})
+    with pytest.raises(ConfigError, match=r"^env.rewards.near.params.std is 0; it must be finite and above 0$"):
+        cfg.validate("env.rewards.near")
+    cfg.params["std"] = 0.1
+    cfg.validate()
+
+
+def test_text_annotations_are_read():
+    assert param_ranges(term) == {"std": POSITIVE, "limit": FRACTION}
+    assert param_ranges(mdp.reset_joints_by_offset)["position_range"] is SPAN
 
 
 @configclass

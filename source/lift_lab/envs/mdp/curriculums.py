@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from lift_lab.managers import ManagerTermBase
 from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, FRACTION
 
 from ._tensors import EnvIds
 
@@ -31,7 +32,14 @@ class modify_reward_weight(ManagerTermBase):
         super().__init__(cfg, env)
         self._term_cfg = env.reward_manager.get_term_cfg(cfg.params["term_name"])
 
-    def __call__(self, env: ManagerBasedRLEnv, env_ids: EnvIds, term_name: str, weight: float, num_steps: int) -> float:
+    def __call__(
+        self,
+        env: ManagerBasedRLEnv,
+        env_ids: EnvIds,
+        term_name: str,
+        weight: Annotated[float, FINITE],
+        num_steps: Annotated[int, COUNT_OR_ZERO],
+    ) -> float:
         if env.common_step_counter > num_steps:
             self._term_cfg.weight = weight
             env.reward_manager.set_term_cfg(term_name, self._term_cfg)
@@ -69,11 +77,11 @@ class anneal_reward_weight(ManagerTermBase):
         env: ManagerBasedRLEnv,
         env_ids: EnvIds,
         term_name: str,
-        initial_weight: float,
-        final_weight: float,
-        num_steps: int,
-        update_interval: int = 1,
-        start_step: int = 0,
+        initial_weight: Annotated[float, FINITE],
+        final_weight: Annotated[float, FINITE],
+        num_steps: Annotated[int, COUNT],
+        update_interval: Annotated[int, COUNT] = 1,
+        start_step: Annotated[int, COUNT_OR_ZERO] = 0,
     ) -> float:
         elapsed = max(env.common_step_counter - start_step, 0)
         t = min(elapsed // update_interval * update_interval, num_steps)
@@ -129,14 +137,14 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         env: ManagerBasedRLEnv,
         env_ids: EnvIds,
         term_name: str,
-        initial_weight: float,
-        final_weight: float,
-        num_steps: int,
+        initial_weight: Annotated[float, FINITE],
+        final_weight: Annotated[float, FINITE],
+        num_steps: Annotated[int, COUNT],
         command_name: str = "object_pose",
         metric: str = "success",
-        raise_at: float = 0.8,
-        lower_at: float = 0.5,
-        window: int = 2000,
+        raise_at: Annotated[float, FRACTION] = 0.8,
+        lower_at: Annotated[float, FRACTION] = 0.5,
+        window: Annotated[int, COUNT] = 2000,
         geometric: bool = True,
     ) -> dict[str, float]:
         command = env.command_manager.get_term(command_name)

@@ -5,12 +5,13 @@ The reward manager multiplies each value by its weight and the environment's tim
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import ManagerTermBase, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 from ._tensors import columns
 
@@ -74,7 +75,7 @@ def flat_orientation_l2(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = Scen
 
 def base_height_l2(
     env: ManagerBasedRLEnv,
-    target_height: float,
+    target_height: Annotated[float, FINITE],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
     sensor_cfg: SceneEntityCfg | None = None,
 ) -> torch.Tensor:
@@ -141,7 +142,9 @@ def joint_pos_limits(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = SceneEn
 
 
 def joint_vel_limits(
-    env: ManagerBasedRLEnv, soft_ratio: float, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    soft_ratio: Annotated[float, NOT_NEGATIVE],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """How far the chosen joints are above ``soft_ratio`` of their velocity limits, at most 1 a joint, summed."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -180,17 +183,23 @@ def _peak_contact_force(env: ManagerBasedRLEnv, sensor_cfg: SceneEntityCfg) -> t
     return columns(sensor.data.net_forces_w_history.norm(dim=-1).amax(dim=1), sensor_cfg.body_ids)
 
 
-def undesired_contacts(env: ManagerBasedRLEnv, threshold: float, sensor_cfg: SceneEntityCfg) -> torch.Tensor:
+def undesired_contacts(
+    env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE], sensor_cfg: SceneEntityCfg
+) -> torch.Tensor:
     """Number of chosen bodies with more than ``threshold`` (N) of contact force."""
     return (_peak_contact_force(env, sensor_cfg) > threshold).sum(dim=1)
 
 
-def desired_contacts(env: ManagerBasedRLEnv, sensor_cfg: SceneEntityCfg, threshold: float = 1.0) -> torch.Tensor:
+def desired_contacts(
+    env: ManagerBasedRLEnv, sensor_cfg: SceneEntityCfg, threshold: Annotated[float, FINITE] = 1.0
+) -> torch.Tensor:
     """1 if none of the chosen bodies has more than ``threshold`` (N) of contact force."""
     return (_peak_contact_force(env, sensor_cfg) <= threshold).all(dim=1).float()
 
 
-def contact_forces(env: ManagerBasedRLEnv, threshold: float, sensor_cfg: SceneEntityCfg) -> torch.Tensor:
+def contact_forces(
+    env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE], sensor_cfg: SceneEntityCfg
+) -> torch.Tensor:
     """Contact force above ``threshold`` (N), summed over the chosen bodies."""
     return (_peak_contact_force(env, sensor_cfg) - threshold).clamp(min=0.0).sum(dim=1)
 
@@ -199,7 +208,10 @@ def contact_forces(env: ManagerBasedRLEnv, threshold: float, sensor_cfg: SceneEn
 
 
 def track_lin_vel_xy_exp(
-    env: ManagerBasedRLEnv, std: float, command_name: str, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    std: Annotated[float, POSITIVE],
+    command_name: str,
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """``exp(-e^2 / std^2)`` of the error to the commanded horizontal velocity in the root frame."""
     asset: RigidObject = env.scene[asset_cfg.name]
@@ -209,7 +221,10 @@ def track_lin_vel_xy_exp(
 
 
 def track_ang_vel_z_exp(
-    env: ManagerBasedRLEnv, std: float, command_name: str, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    std: Annotated[float, POSITIVE],
+    command_name: str,
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """``exp(-e^2 / std^2)`` of the error to the commanded yaw rate in the root frame."""
     asset: RigidObject = env.scene[asset_cfg.name]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, SPAN_OR_INF
 
 from ._tensors import columns
 
@@ -21,7 +22,9 @@ def time_out(env: ManagerBasedRLEnv) -> torch.Tensor:
     return env.episode_length_buf >= env.max_episode_length
 
 
-def command_resample(env: ManagerBasedRLEnv, command_name: str, num_resamples: int = 1) -> torch.Tensor:
+def command_resample(
+    env: ManagerBasedRLEnv, command_name: str, num_resamples: Annotated[int, COUNT] = 1
+) -> torch.Tensor:
     """The command is about to be resampled after ``num_resamples`` samples in this episode."""
     command = env.command_manager.get_term(command_name)
     return (command.time_left <= env.step_dt) & (command.command_counter == num_resamples)
@@ -31,7 +34,7 @@ def command_resample(env: ManagerBasedRLEnv, command_name: str, num_resamples: i
 
 
 def bad_orientation(
-    env: ManagerBasedRLEnv, limit_angle: float, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv, limit_angle: Annotated[float, FINITE], asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
 ) -> torch.Tensor:
     """The root's z axis leans away from the vertical by more than ``limit_angle`` (rad)."""
     asset: RigidObject = env.scene[asset_cfg.name]
@@ -39,7 +42,9 @@ def bad_orientation(
 
 
 def root_height_below_minimum(
-    env: ManagerBasedRLEnv, minimum_height: float, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    minimum_height: Annotated[float, FINITE],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """The root is lower than ``minimum_height`` (m, world frame)."""
     asset: RigidObject = env.scene[asset_cfg.name]
@@ -58,7 +63,9 @@ def joint_pos_out_of_limit(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = S
 
 
 def joint_pos_out_of_manual_limit(
-    env: ManagerBasedRLEnv, bounds: tuple[float, float], asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    bounds: Annotated[tuple[float, float], SPAN_OR_INF],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """A chosen joint is outside ``bounds`` (rad or m)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -74,7 +81,9 @@ def joint_vel_out_of_limit(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = S
 
 
 def joint_vel_out_of_manual_limit(
-    env: ManagerBasedRLEnv, max_velocity: float, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
+    env: ManagerBasedRLEnv,
+    max_velocity: Annotated[float, NOT_NEGATIVE],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
     """A chosen joint is faster than ``max_velocity`` (rad/s or m/s)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -94,7 +103,9 @@ def joint_effort_out_of_limit(
 # -- contact
 
 
-def illegal_contact(env: ManagerBasedRLEnv, threshold: float, sensor_cfg: SceneEntityCfg) -> torch.Tensor:
+def illegal_contact(
+    env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE], sensor_cfg: SceneEntityCfg
+) -> torch.Tensor:
     """A chosen body of a contact sensor felt more than ``threshold`` (N) within the sensor's history."""
     sensor: ContactSensor = env.scene.sensors[sensor_cfg.name]
     # shape (num_envs, history, num_bodies)

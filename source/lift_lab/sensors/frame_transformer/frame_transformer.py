@@ -112,7 +112,7 @@ class FrameTransformer(SensorBase):
         """Add a site for the source frame and one for each target frame.
 
         Raises:
-            ConfigError: a prim path that no body answers to, or a source path that several do.
+            ConfigError: no target frame, a prim path that no body answers to, or a source path that several do.
         """
         super().build(spec, name, prim_paths)
         where = f"scene.{name}"
@@ -120,6 +120,8 @@ class FrameTransformer(SensorBase):
         if len(sources) != 1:
             raise ConfigError(f"{where}.prim_path '{self.cfg.prim_path}' means several bodies: {', '.join(sources)}")
         self._add_site(spec, sources[0], "source", self.cfg.source_frame_offset)
+        if not self.cfg.target_frames:
+            raise ConfigError(f"{where}.target_frames is empty: there is no frame to tell the pose of")
         found: list[tuple[str, str, OffsetCfg]] = []
         for i, frame in enumerate(self.cfg.target_frames):
             bodies = find_bodies_by_prim_path(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.ranges import SPAN
 
 from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
 
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 def apply_external_force_torque(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    force_range: tuple[float, float],
-    torque_range: tuple[float, float],
+    force_range: Annotated[tuple[float, float], SPAN],
+    torque_range: Annotated[tuple[float, float], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Set external forces and torques on the chosen bodies, each component drawn uniformly.
@@ -46,7 +47,7 @@ def apply_external_force_torque(
 def push_by_setting_velocity(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    velocity_range: Mapping[str, Sequence[float]],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Add a uniformly drawn velocity to the asset's root, as a push would.

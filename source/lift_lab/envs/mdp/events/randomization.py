@@ -6,7 +6,7 @@ Each draws anew from the values at start, never from values that were already ra
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import torch
 
@@ -14,6 +14,7 @@ from lift_lab.managers import ManagerTermBase, SceneEntityCfg
 from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.ranges import COUNT, FINITE, POSITIVE, POSITIVE_SPAN, SPAN
 
 from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
 
@@ -127,10 +128,10 @@ class randomize_rigid_body_material(ManagerTermBase):
         self,
         env: ManagerBasedEnv,
         env_ids: EnvIds,
-        static_friction_range: tuple[float, float],
-        dynamic_friction_range: tuple[float, float],
-        restitution_range: tuple[float, float],
-        num_buckets: int,
+        static_friction_range: Annotated[tuple[float, float], POSITIVE_SPAN],
+        dynamic_friction_range: Annotated[tuple[float, float], POSITIVE_SPAN],
+        restitution_range: Annotated[tuple[float, float], POSITIVE_SPAN],
+        num_buckets: Annotated[int, COUNT],
         asset_cfg: SceneEntityCfg,
         make_consistent: bool = False,
     ) -> None:
@@ -167,11 +168,11 @@ class randomize_rigid_body_mass(ManagerTermBase):
         env: ManagerBasedEnv,
         env_ids: EnvIds,
         asset_cfg: SceneEntityCfg,
-        mass_distribution_params: tuple[float, float],
+        mass_distribution_params: Annotated[tuple[float, float], FINITE],
         operation: Operation,
         distribution: Distribution = "uniform",
         recompute_inertia: bool = True,
-        min_mass: float = 1e-6,
+        min_mass: Annotated[float, POSITIVE] = 1e-6,
     ) -> None:
         body_ids = asset_cfg.body_ids
         default = block(self.asset.data.default_mass, env_ids, body_ids)
@@ -187,7 +188,7 @@ class randomize_rigid_body_mass(ManagerTermBase):
 def randomize_rigid_body_com(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    com_range: Mapping[str, Sequence[float]],
+    com_range: Annotated[Mapping[str, Sequence[float]], SPAN],
     asset_cfg: SceneEntityCfg,
 ) -> None:
     """Move the centres of mass of the chosen bodies away from where they are at start, all of them alike.
@@ -223,8 +224,8 @@ def randomize_rigid_body_collider_offsets(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
     asset_cfg: SceneEntityCfg,
-    rest_offset_distribution_params: tuple[float, float] | None = None,
-    contact_offset_distribution_params: tuple[float, float] | None = None,
+    rest_offset_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
+    contact_offset_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
     distribution: Distribution = "uniform",
 ) -> None:
     """Set the contact margins of the chosen bodies' colliders, one value for each body and environment.
@@ -253,7 +254,7 @@ def randomize_rigid_body_collider_offsets(
 def randomize_physics_scene_gravity(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    gravity_distribution_params: tuple[list[float], list[float]],
+    gravity_distribution_params: Annotated[tuple[list[float], list[float]], FINITE],
     operation: Operation,
     distribution: Distribution = "uniform",
 ) -> None:
@@ -294,8 +295,8 @@ class randomize_actuator_gains(ManagerTermBase):
         env: ManagerBasedEnv,
         env_ids: EnvIds,
         asset_cfg: SceneEntityCfg,
-        stiffness_distribution_params: tuple[float, float] | None = None,
-        damping_distribution_params: tuple[float, float] | None = None,
+        stiffness_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
+        damping_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
         operation: Operation = "abs",
         distribution: Distribution = "uniform",
     ) -> None:
@@ -337,10 +338,10 @@ class randomize_joint_parameters(ManagerTermBase):
         env: ManagerBasedEnv,
         env_ids: EnvIds,
         asset_cfg: SceneEntityCfg,
-        friction_distribution_params: tuple[float, float] | None = None,
-        armature_distribution_params: tuple[float, float] | None = None,
-        lower_limit_distribution_params: tuple[float, float] | None = None,
-        upper_limit_distribution_params: tuple[float, float] | None = None,
+        friction_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
+        armature_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
+        lower_limit_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
+        upper_limit_distribution_params: Annotated[tuple[float, float] | None, FINITE] = None,
         operation: Operation = "abs",
         distribution: Distribution = "uniform",
     ) -> None:

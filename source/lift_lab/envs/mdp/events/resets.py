@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.ranges import SPAN
 
 from .._tensors import EnvIds, axis_ranges, block, is_zero, sample_ranges
 
@@ -43,8 +44,8 @@ def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_ta
 def reset_root_state_uniform(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    pose_range: Mapping[str, Sequence[float]],
-    velocity_range: Mapping[str, Sequence[float]],
+    pose_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Put an asset's root near its default pose and velocity, the differences drawn uniformly.
@@ -78,8 +79,8 @@ def reset_root_state_uniform(
 def reset_root_state_with_random_orientation(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    pose_range: Mapping[str, Sequence[float]],
-    velocity_range: Mapping[str, Sequence[float]],
+    pose_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """As :func:`reset_root_state_uniform`, with the orientation drawn uniformly from all rotations.
@@ -113,8 +114,8 @@ def _add_velocity(state: torch.Tensor, velocity_range: Mapping[str, Sequence[flo
 def reset_nodal_state_uniform(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    position_range: Mapping[str, Sequence[float]],
-    velocity_range: Mapping[str, Sequence[float]],
+    position_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Put a deformable object near its default state: all nodes are moved alike, by amounts drawn uniformly.
@@ -144,8 +145,8 @@ def reset_nodal_state_uniform(
 def reset_joints_by_scale(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    position_range: tuple[float, float],
-    velocity_range: tuple[float, float],
+    position_range: Annotated[tuple[float, float], SPAN],
+    velocity_range: Annotated[tuple[float, float], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Put joints at their default positions and velocities times uniform factors, within the soft limits.
@@ -168,8 +169,8 @@ def reset_joints_by_scale(
 def reset_joints_by_offset(
     env: ManagerBasedEnv,
     env_ids: EnvIds,
-    position_range: tuple[float, float],
-    velocity_range: tuple[float, float],
+    position_range: Annotated[tuple[float, float], SPAN],
+    velocity_range: Annotated[tuple[float, float], SPAN],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> None:
     """Put joints at their default positions and velocities plus uniform differences, within the soft limits.

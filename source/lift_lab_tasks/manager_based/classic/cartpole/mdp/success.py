@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.utils.math import wrap_to_pi
+from lift_lab.utils.ranges import POSITIVE
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedRLEnv
 
 
-def pole_balanced(env: ManagerBasedRLEnv, max_angle_rad: float = 0.2) -> torch.Tensor:
+def pole_balanced(env: ManagerBasedRLEnv, max_angle_rad: Annotated[float, POSITIVE] = 0.2) -> torch.Tensor:
     """Whether time has run out with the pole within ``max_angle_rad`` of upright. Shape (num_envs,)."""
     robot: Articulation = env.scene["robot"]
     pole = robot.joint_names.index("cart_to_pole")

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.math import matrix_from_quat
+from lift_lab.utils.ranges import FINITE
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedRLEnv
 
 
-def approach_ee_handle(env: ManagerBasedRLEnv, threshold: float) -> torch.Tensor:
+def approach_ee_handle(env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE]) -> torch.Tensor:
     """1 / (1 + d^2)^2 of the distance d (m) from tool centre to handle, twice that within ``threshold`` (m)."""
     distance = _tool_distance(env)
     reward = (1.0 + distance.square()).pow(-2)
@@ -40,7 +41,7 @@ def align_grasp_around_handle(env: ManagerBasedRLEnv) -> torch.Tensor:
     return ((heights[:, 0] > 0.0) & (heights[:, 1] < 0.0)).float()
 
 
-def approach_gripper_handle(env: ManagerBasedRLEnv, offset: float = 0.04) -> torch.Tensor:
+def approach_gripper_handle(env: ManagerBasedRLEnv, offset: Annotated[float, FINITE] = 0.04) -> torch.Tensor:
     """How near both fingertips are to the handle's height: the sum of ``offset`` (m) less each distance.
 
     Zero unless one is above the handle and one below, see :func:`align_grasp_around_handle`.
@@ -50,7 +51,7 @@ def approach_gripper_handle(env: ManagerBasedRLEnv, offset: float = 0.04) -> tor
 
 
 def grasp_handle(
-    env: ManagerBasedRLEnv, threshold: float, open_joint_pos: float, asset_cfg: SceneEntityCfg
+    env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE], open_joint_pos: float, asset_cfg: SceneEntityCfg
 ) -> torch.Tensor:
     """How far the fingers are closed, while the tool centre is within ``threshold`` (m) of the handle.
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.ranges import FINITE
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def drawer_is_open(
-    env: ManagerBasedRLEnv, threshold: float = 0.3, asset_cfg: SceneEntityCfg = SceneEntityCfg("cabinet")
+    env: ManagerBasedRLEnv,
+    threshold: Annotated[float, FINITE] = 0.3,
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("cabinet"),
 ) -> torch.Tensor:
     """Whether the top drawer is more than ``threshold`` (m) out. Shape (num_envs,)."""
     cabinet: Articulation = env.scene[asset_cfg.name]

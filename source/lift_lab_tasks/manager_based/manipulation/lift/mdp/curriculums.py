@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.envs.mdp.actions.binary_joint_actions import BinaryJointAction
 from lift_lab.managers import ManagerTermBase
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.ranges import COUNT_OR_ZERO, FRACTION, NOT_NEGATIVE, POSITIVE
 
 from .commands import ObjectPoseCommand
 
@@ -62,9 +63,9 @@ class hold_gripper_while_hovering(ManagerTermBase):
         self,
         env: ManagerBasedRLEnv,
         env_ids: Sequence[int] | torch.Tensor,
-        close_time_s: float,
-        reached: float,
-        lifted: float,
+        close_time_s: Annotated[float, NOT_NEGATIVE],
+        reached: Annotated[float, FRACTION],
+        lifted: Annotated[float, FRACTION],
         action_name: str = "gripper_action",
         reach_term: str = "reaching_object",
         lift_term: str = "lifting_object",
@@ -124,9 +125,9 @@ class practise_missed_goals(ManagerTermBase):
         self,
         env: ManagerBasedRLEnv,
         env_ids: Sequence[int] | torch.Tensor,
-        share: float,
-        start_step: int = 0,
-        spread_m: float = 0.02,
+        share: Annotated[float, FRACTION],
+        start_step: Annotated[int, COUNT_OR_ZERO] = 0,
+        spread_m: Annotated[float, NOT_NEGATIVE] = 0.02,
         command_name: str = "object_pose",
     ) -> torch.Tensor:
         command = self._command
@@ -176,8 +177,8 @@ class reach_from_afar(ManagerTermBase):
         self,
         env: ManagerBasedRLEnv,
         env_ids: Sequence[int] | torch.Tensor,
-        std: float,
-        num_steps: int,
+        std: Annotated[float, POSITIVE],
+        num_steps: Annotated[int, COUNT_OR_ZERO],
         term_name: str = "reaching_object",
     ) -> float:
         self._params["std"] = std if env.common_step_counter < num_steps else self._own_std

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.ranges import FINITE, POSITIVE
 
 from .goal import object_goal_distance_m
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def object_is_lifted(
-    env: ManagerBasedRLEnv, minimal_height: float, object_cfg: SceneEntityCfg = SceneEntityCfg("object")
+    env: ManagerBasedRLEnv,
+    minimal_height: Annotated[float, FINITE],
+    object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
     """1 where the object's centre is above ``minimal_height`` (m, world), else 0 (the study's Eq. (2))."""
     object: RigidObject = env.scene[object_cfg.name]
@@ -26,7 +29,7 @@ def object_is_lifted(
 
 def object_ee_distance(
     env: ManagerBasedRLEnv,
-    std: float,
+    std: Annotated[float, POSITIVE],
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
     ee_frame_cfg: SceneEntityCfg = SceneEntityCfg("ee_frame"),
 ) -> torch.Tensor:
@@ -39,8 +42,8 @@ def object_ee_distance(
 
 def object_goal_distance(
     env: ManagerBasedRLEnv,
-    std: float,
-    minimal_height: float | None,
+    std: Annotated[float, POSITIVE],
+    minimal_height: Annotated[float | None, FINITE],
     command_name: str,
     robot_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),

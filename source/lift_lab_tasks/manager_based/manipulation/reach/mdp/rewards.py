@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.math import quat_apply, quat_error_magnitude, quat_mul
+from lift_lab.utils.ranges import POSITIVE
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -23,7 +24,7 @@ def position_command_error(env: ManagerBasedRLEnv, command_name: str, asset_cfg:
 
 
 def position_command_error_tanh(
-    env: ManagerBasedRLEnv, std: float, command_name: str, asset_cfg: SceneEntityCfg
+    env: ManagerBasedRLEnv, std: Annotated[float, POSITIVE], command_name: str, asset_cfg: SceneEntityCfg
 ) -> torch.Tensor:
     """1 - tanh(distance / ``std``) of the first chosen body to the commanded position, ``std`` in m."""
     return 1.0 - torch.tanh(position_command_error(env, command_name, asset_cfg) / std)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import torch
 
 from lift_lab.utils.math import quat_error_magnitude
+from lift_lab.utils.ranges import POSITIVE
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 def pose_reached(
     env: ManagerBasedRLEnv,
     command_name: str = "ee_pose",
-    max_distance: float = 0.02,
-    max_angle_rad: float = 0.2,
+    max_distance: Annotated[float, POSITIVE] = 0.02,
+    max_angle_rad: Annotated[float, POSITIVE] = 0.2,
 ) -> torch.Tensor:
     """Whether the body is within ``max_distance`` (m) and ``max_angle_rad`` of its pose, shape (num_envs,)."""
     term = env.command_manager.get_term(command_name)
