@@ -9,7 +9,7 @@ from functools import cache
 from pxr import Tf, Usd, UsdGeom, UsdPhysics
 
 from lift_lab.usd.newton import KIND as NEWTON_ACTUATOR
-from lift_lab.usd.parse import applied_schemas, has_schema
+from lift_lab.usd.parse import applied_schemas, has_schema, value_of
 
 KINDS = ("MjcActuator", "MjcTendon", "MjcKeyframe", NEWTON_ACTUATOR)
 """Vendors' types of prims that are read."""
@@ -106,9 +106,15 @@ def unknown_tokens(prim: Usd.Prim, joint_kind: str) -> list[tuple[str, str]]:
     for schema in applied_schemas(prim):
         for what, kinds in _TOKENS.items():
             token = schema.removeprefix(f"Physics{what.title()}API:")
-            if token != schema and token not in kinds.get(joint_kind, ()):
+            known = token == schema or token in kinds.get(joint_kind, ())
+            if not known and not (what == "drive" and _is_idle(prim, token)):
                 found.append((f"{what}:{token}", f"a {joint_kind} joint has no {what} of this name"))
     return found
+
+
+def _is_idle(prim: Usd.Prim, token: str) -> bool:
+    """Whether a drive has no gains: Isaac Sim's MJCF importer writes such ones under names that no joint has."""
+    return not any(value_of(prim, f"drive:{token}:physics:{gain}") for gain in ("stiffness", "damping"))
 
 
 @cache

@@ -165,9 +165,13 @@ def prototypes(stage: Usd.Stage) -> list[Sdf.Path]:
 
         def visit(path: Sdf.Path, layer: Sdf.Layer = layer) -> None:
             spec = layer.GetPrimAtPath(path) if path.IsPrimPath() or path.IsPrimVariantSelectionPath() else None
-            for items in (spec.referenceList, spec.payloadList) if spec else ():
-                own = path.StripAllVariantSelections()
-                arcs.extend((own, arc.primPath) for arc in items.GetAppliedItems() if not arc.assetPath)
+            if not spec:
+                return
+            own = path.StripAllVariantSelections()
+            for files in (spec.referenceList, spec.payloadList):
+                arcs.extend((own, arc.primPath) for arc in files.GetAppliedItems() if not arc.assetPath)
+            for classes in (spec.inheritPathList, spec.specializesList):
+                arcs.extend((own, target) for target in classes.GetAppliedItems())
 
         layer.Traverse(Sdf.Path.absoluteRootPath, visit)
     found: dict[Sdf.Path, None] = {}

@@ -380,10 +380,11 @@ def Cube "floor" (prepend apiSchemas = ["PhysicsCollisionAPI"])
 """
 
 
-def test_prims_that_the_default_prim_refers_to_are_its_parts_alone(tmp_path):
+@pytest.mark.parametrize("arc", ["references", "payload", "inherits", "specializes"])
+def test_prims_that_the_default_prim_refers_to_are_its_parts_alone(tmp_path, arc):
     """Isaac Sim's URDF importer keeps shapes in scopes beside the robot: they do not also stand at the origin."""
     path = tmp_path / "robot.usda"
-    path.write_text(ISAAC)
+    path.write_text(ISAAC.replace("references = </meshes", f"{arc} = </meshes"))
     spec, report = load(path, strict=True)
     model = spec.compile()
     owners = {model.geom(i).name: model.body(model.geom_bodyid[i]).name for i in range(model.ngeom)}

@@ -133,6 +133,17 @@ def test_limits_that_a_joint_does_not_have_are_reported(author):
     assert "revolute joint has no limit" in _of(a.load()[1], "/Robot/j")["limit:rotX"]
 
 
+def test_a_drive_that_a_joint_does_not_have_is_reported_if_it_has_gains(author):
+    a = author()
+    a.body("/Robot/a")
+    a.body("/Robot/b")
+    joint = a.joint("/Robot/j", "RevoluteJoint", "/Robot/a", "/Robot/b", "X")
+    a.drive(joint, "X", stiffness=0.0, damping=0.0, maxForce=0.0)
+    assert a.load(strict=True)[1].ignored == []
+    a.drive(joint, "X", damping=1.0)
+    assert "revolute joint has no drive" in _of(a.load()[1], "/Robot/j")["drive:X"]
+
+
 def test_the_second_physics_scene_is_reported(author):
     a = author()
     a.body("/Robot/a")
