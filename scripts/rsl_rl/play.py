@@ -51,6 +51,7 @@ def main() -> int:
     import torch
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.nonfinite import check_step
     from lift_lab_rl.rsl_rl import (
         LiftLabRunner,
         RslRlVecEnvWrapper,
@@ -98,6 +99,7 @@ def main() -> int:
         with torch.inference_mode():
             for _ in range(steps):
                 obs, rewards, dones, extras = wrapped.step(policy(obs).to(wrapped.device))
+                check_step(wrapped, obs, rewards, extras)
                 policy.reset(dones)
                 total += rewards
                 count = int(dones.sum())

@@ -19,6 +19,7 @@ from lift_lab.sim import SimulationContext, note_ignored
 from lift_lab.sim.physics.memory import LEAST_BYTES, check_fits
 from lift_lab.terrains import TerrainImporter, TerrainImporterCfg
 from lift_lab.terrains.terrain_importer import grid_origins
+from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
 
 from .interactive_scene_cfg import InteractiveSceneCfg
@@ -43,8 +44,7 @@ class InteractiveScene:
         sim = SimulationContext.instance()
         if sim is None:
             raise ConfigError("make a SimulationContext before an InteractiveScene")
-        if not isinstance(cfg.num_envs, int) or cfg.num_envs < 1:
-            raise ConfigError(f"scene.num_envs must be a positive integer, got {cfg.num_envs}")
+        validate(cfg, "scene")
         check_fits("scene.num_envs", cfg.num_envs, LEAST_BYTES, sim.device)
         self.cfg = cfg
         self.sim = sim

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 import mujoco
 import torch
 
+from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
 from .engine_settings import check_engine_settings
@@ -107,6 +108,7 @@ class SimulationContext:
             ConfigError: the device does not exist, or the engine cannot honour a setting.
         """
         self.cfg = (cfg if cfg is not None else SimulationCfg()).copy()
+        validate(self.cfg, "sim")
         self._device = resolve_device(self.cfg.device)
         self._scene: SceneLike | None = None
         self._physics: Physics | None = None

@@ -228,7 +228,8 @@ class RslRlBaseRunnerCfg:
     """Actions are clipped to plus and minus this value; None for not at all."""
 
     check_for_nan: bool = True
-    """Whether a rollout with NaN ends the run (ours in this form: checked once a rollout)."""
+    """Whether an infinite or NaN number in a rollout or an update ends the run (ours in this form: looked at once an
+    iteration)."""
 
     save_interval: int = MISSING
     """Iterations between checkpoints."""
