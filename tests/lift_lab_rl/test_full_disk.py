@@ -240,21 +240,23 @@ def found(say, wanted="latest", task=None):
     return f"{path.parent.name}/{path.name}"
 
 
-def test_latest_skips_damaged_files_with_one_line_a_run(experiment):
+@pytest.mark.parametrize("wanted", ["latest", r"model_\d+\.pt"])  # the second is what agents are configured with
+def test_latest_skips_damaged_files_with_one_line_a_run(experiment, wanted):
     said = []
-    assert found(said.append) == "2026-01-02/model_4.pt"
+    assert found(said.append, wanted) == "2026-01-02/model_4.pt"
     assert said == []
     newest = experiment / "2026-01-02"
     (newest / "model_4.pt").write_bytes((newest / "model_4.pt").read_bytes()[:-100])
-    assert found(said.append) == "2026-01-02/model_2.pt"
+    assert found(said.append, wanted) == "2026-01-02/model_2.pt"
     assert len(said) == 1
     assert said[0].startswith("warning: skipped, in run '2026-01-02': cannot read '")
     save_torch(newest / "model_2.pt", {"iter": "two"})
     said.clear()
-    assert found(said.append) == "2026-01-01/model_4.pt"
+    assert found(said.append, wanted) == "2026-01-01/model_4.pt"
     assert len(said) == 1
     with pytest.raises(FileError, match="model_4"):  # a file that the user names is not replaced by another
         load_torch(runs.find_checkpoint(agent_cfg(), str(newest / "model_4.pt")))
+    assert runs.find_checkpoint(agent_cfg(), "model_4.pt") == newest / "model_4.pt"
 
 
 @pytest.mark.parametrize("content", [b"a: [", b"\xff\xfe\x00", b"- 1"])

@@ -183,7 +183,7 @@ def find_checkpoint(
     """The checkpoint that a user means.
 
     Tasks may share an experiment: of its runs, those of ``task`` are looked at first, then the others. ``latest``,
-    ``best`` and a run's folder pass over damaged files.
+    ``best``, an expression for several files, and a run's folder pass over damaged files.
 
     Args:
         agent_cfg: agent configuration, for the experiment's folder.
@@ -232,7 +232,8 @@ def find_checkpoint(
         missing = path.relative_to(near).parts[0]
         raise FileError(f"no checkpoint '{wanted}': '{near}' has no '{missing}'; {suggest(missing, names)}")
     try:
-        return newest(wanted, None)
+        names_one = re.fullmatch(r"[\w.-]+", wanted) is not None  # a file that a user names is not replaced by another
+        return newest(wanted, None) if names_one else newest(wanted)
     except FileError as error:
         meant = get_close_matches(wanted.lower(), _WORDS, n=1, cutoff=0.7)
         if not meant:
