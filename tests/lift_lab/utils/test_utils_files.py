@@ -336,3 +336,24 @@ def test_a_seed_fixes_every_generator():
     finally:
         configure_seed(0)
     assert not torch.are_deterministic_algorithms_enabled()
+
+
+@pytest.mark.parametrize("damage", ["text", "cut", "no episodes", "wrong arguments"])
+def test_a_damaged_dataset_is_named_in_one_line(tmp_path, damage):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "demos.hdf5"
+    handler = HDF5DatasetFileHandler()
+    handler.create(str(path), "Cartpole")
+    handler.close()
+    if damage == "text":
+        path.write_text("words")
+    elif damage == "cut":
+        path.write_bytes(path.read_bytes()[:300])
+    elif damage == "no episodes":
+        h5py.File(path, "w").close()
+    else:
+        with h5py.File(path, "a") as file:
+            file["data"].attrs["env_args"] = "[1, 2]"
+    with pytest.raises(FileError, match=rf"^cannot read '{path}': damaged, or no file of episodes \(.*\)$"):
+        HDF5DatasetFileHandler().open(str(path))
+    path.unlink()  # nothing holds it

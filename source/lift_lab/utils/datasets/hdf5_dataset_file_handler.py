@@ -6,8 +6,9 @@ Group ``data`` (attributes ``total``: number of steps, ``env_args``: JSON) holds
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
 
     def __init__(self) -> None:
         self._h5py = _import_h5py()
+        self._path = ""
         self._file: Any = None
         self._episodes: Any = None
         self._demo_count = 0
@@ -35,16 +37,23 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
         """Open an existing file.
 
         Raises:
-            FileError: no such file.
+            FileError: no such file, or it is damaged or no file of episodes.
             RuntimeError: a file is open already.
         """
         self._check_closed()
         if not Path(file_path).is_file():
             raise FileError(f"no dataset file '{file_path}'")
-        self._file = self._h5py.File(file_path, mode)
-        self._episodes = self._file["data"]
-        self._demo_count = len(self._episodes)
-        self._env_args = json.loads(self._episodes.attrs.get("env_args", "{}"))
+        self._path = str(file_path)
+        with self._reading():
+            file = self._h5py.File(file_path, mode)
+            try:
+                episodes = file["data"]
+                self._demo_count = len(episodes)
+                self._env_args = dict(json.loads(episodes.attrs.get("env_args", "{}")))
+            except BaseException:
+                file.close()
+                raise
+        self._file, self._episodes = file, episodes
 
     def create(self, file_path: str, env_name: str | None = None) -> None:
         """Create a file, replacing an existing one; ``.hdf5`` is appended where it is missing.
@@ -55,6 +64,7 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
         self._check_closed()
         path = Path(file_path if str(file_path).endswith(".hdf5") else f"{file_path}.hdf5")
         path.parent.mkdir(parents=True, exist_ok=True)
+        self._path = str(path)
         self._file = self._h5py.File(path, "w")
         self._episodes = self._file.create_group("data")
         self._episodes.attrs["total"] = 0
@@ -81,8 +91,14 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
         return json.loads(self._open_episodes().attrs["env_args"]).get("env_name")
 
     def get_episode_names(self) -> Iterable[str]:
-        """Names of the episodes."""
-        return self._open_episodes().keys()
+        """Names of the episodes.
+
+        Raises:
+            FileError: the file is damaged.
+        """
+        episodes = self._open_episodes()
+        with self._reading():
+            return list(episodes)
 
     def get_num_episodes(self) -> int:
         """Number of episodes."""
@@ -94,17 +110,22 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
         return self._demo_count
 
     def load_episode(self, episode_name: str, device: torch.device | str = "cpu") -> EpisodeData | None:
-        """Read an episode; None if there is none of that name."""
+        """Read an episode; None if there is none of that name.
+
+        Raises:
+            FileError: the file is damaged.
+        """
         episodes = self._open_episodes()
-        if episode_name not in episodes:
-            return None
-        group = episodes[episode_name]
-        episode = EpisodeData()
-        episode.data = self._read(group, device)
-        episode.seed = group.attrs.get("seed")
-        episode.success = group.attrs.get("success")
-        episode.env_id = self.get_env_name()
-        return episode
+        with self._reading():
+            if episode_name not in episodes:
+                return None
+            group = episodes[episode_name]
+            episode = EpisodeData()
+            episode.data = self._read(group, device)
+            episode.seed = group.attrs.get("seed")
+            episode.success = group.attrs.get("success")
+            episode.env_id = self.get_env_name()
+            return episode
 
     def write_episode(self, episode: EpisodeData, demo_id: int | None = None) -> None:
         """Add an episode (an empty one is left out).
@@ -144,6 +165,15 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
         if self._file is not None:
             self._file.close()
             self._file = self._episodes = None
+
+    @contextlib.contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Turn what h5py raises for a damaged file into one line."""
+        try:
+            yield
+        except Exception as error:  # h5py has no class of its own for it
+            reason = next(iter(str(error).strip("'\"").splitlines()), type(error).__name__)
+            raise FileError(f"cannot read '{self._path}': damaged, or no file of episodes ({reason})") from error
 
     def _read(self, group: Any, device: torch.device | str) -> dict[str, Any]:
         return {
