@@ -1,6 +1,6 @@
 """Break the project on purpose and count what holds: kills, wrong inputs, damaged files, full disks, lost terminals.
 
-python scripts/tools/campaign.py [--kills 100] [--wrong 300] [--damaged 100] [--disks 6] [--terminals 12] [--seed 0]
+python scripts/tools/campaign.py [--kills 100] [--wrong 400] [--damaged 100] [--disks 6] [--terminals 12] [--seed 0]
 
 Every attempt is of a small Cartpole training in a process of its own. What has to hold is printed with each row of the
 table; docs/reliability.md has the numbers of a whole run. The exit status is 1 if anything does not hold. A number of 0
@@ -27,7 +27,7 @@ from lift_lab.app import cli  # noqa: E402
 def main() -> int:
     parser = cli.Parser(__doc__, overrides=False)
     parser.add_argument("--kills", type=count, default=100, help="processes to kill, most of them trainings")
-    parser.add_argument("--wrong", type=count, default=300, help="wrong command lines")
+    parser.add_argument("--wrong", type=count, default=400, help="wrong command lines")
     parser.add_argument("--damaged", type=count, default=100, help="damaged files")
     parser.add_argument("--disks", type=count, default=6, help="trainings on a disk that is full for a while")
     parser.add_argument("--terminals", type=count, default=12, help="trainings that lose their terminal or reader")

@@ -49,7 +49,11 @@ def _generated(rng: random.Random, count: int) -> Iterator[WrongInput]:
             owner, _, name = path.rpartition(".")
             yield WrongInput(_TRAIN, (*_BASE, f"{owner}.{_misspelt(name, rng)}={value}"), ())
         elif kind == 1:
-            yield WrongInput(_TRAIN, (*_BASE, f"{path}={rng.choice(('abc', '[a,b]', '{a: 1}', 'one', '--'))}"), (path,))
+            yield WrongInput(
+                _TRAIN,
+                (*_BASE, f"{path}={rng.choice(('abc', '[a,b]', '{a: 1}', 'one', '--'))}"),
+                (path.rpartition(".")[2],),
+            )
         elif kind == 2:
             flag = rng.choice(("--num_envs", "--seed", "--max_iterations"))
             wrong = rng.choice(("abc", "1.5", "", "1e3", "nan", "-7"))
