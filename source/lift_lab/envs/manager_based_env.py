@@ -254,7 +254,7 @@ class ManagerBasedEnv:
         return self.obs_buf, self.extras
 
     def close(self) -> None:
-        """Close recordings and free the simulation. May be called again."""
+        """Close recordings and free the engine. May be called again; a closed environment cannot be used."""
         if self._is_closed:
             return
         self._is_closed = True

@@ -6,8 +6,10 @@ lets the scene find its indices. Everything above reads and writes the engine th
 
 from __future__ import annotations
 
+import gc
 import math
 import re
+import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
@@ -67,6 +69,11 @@ _SOLVERS = {
 }
 
 
+_MOST_CLOSED, _MOST_CLOSED_ENVS = 16, 256
+"""Closed simulations, and environments in them, from which on a new simulation has them freed first: that takes up to
+a second."""
+
+
 def resolve_device(device: str | None) -> str:
     """``"auto"`` as a GPU where torch sees one, else the CPU; ``"cuda"`` as ``"cuda:0"``.
 
@@ -100,6 +107,7 @@ class SimulationContext:
     """One simulation at a time, as in Isaac Lab: the newest instance is :meth:`instance`."""
 
     _current: ClassVar[SimulationContext | None] = None
+    _closed: ClassVar[weakref.WeakSet[SimulationContext]] = weakref.WeakSet()  # not yet freed
 
     def __init__(self, cfg: SimulationCfg | None = None):
         """Hold the settings; nothing is compiled before :meth:`reset`.
@@ -107,16 +115,29 @@ class SimulationContext:
         Raises:
             ConfigError: the device does not exist, or the engine cannot honour a setting.
         """
+        SimulationContext._free_closed()
         self.cfg = (cfg if cfg is not None else SimulationCfg()).copy()
         validate(self.cfg, "sim")
         self._device = resolve_device(self.cfg.device)
         self._scene: SceneLike | None = None
         self._physics: Physics | None = None
+        self._num_envs = 0
         self._renderer: FrameRenderer | None = None
         self._view = RenderView()
         check_engine_settings(self.cfg, self._device)
         self._note_ignored()
         SimulationContext._current = self
+
+    @classmethod
+    def _free_closed(cls) -> None:
+        """Free closed simulations with their scenes and environments, if there is much to free.
+
+        Terms and managers refer to their environment and it to them. Python frees such cycles only now and then: after
+        a hundred environments a dozen closed ones would take up memory.
+        """
+        if len(cls._closed) >= _MOST_CLOSED or sum(sim._num_envs for sim in cls._closed) >= _MOST_CLOSED_ENVS:
+            gc.collect()
+            cls._closed.clear()  # what is still there is held by the user
 
     @classmethod
     def instance(cls) -> SimulationContext | None:
@@ -299,6 +320,10 @@ class SimulationContext:
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
+        if self._physics is not None:
+            self._num_envs = self._physics.num_envs
+            self._physics.close()
+            SimulationContext._closed.add(self)
         self._physics = None
         self._scene = None
         if SimulationContext._current is self:

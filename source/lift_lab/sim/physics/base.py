@@ -12,13 +12,15 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 import torch
 
-from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
+from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError, suggest
 
+from .engine_warnings import throttle_engine_warnings
 from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS, check_model_fields, words
 
 
@@ -138,9 +140,12 @@ class Physics(ABC):
     """Whether step() itself puts failed environments into the model's default state before it makes the kinematics
     current; health() reports them as ever. For a caller that must not wait for an answer; the warp engine can."""
 
+    _is_closed = False
+
     def __init__(self, model: mujoco.MjModel, num_envs: int, device: torch.device):
         if num_envs < 1:
             raise ConfigError(f"num_envs must be at least 1, got {num_envs}")
+        throttle_engine_warnings()
         self.model = _own_copy(model)
         self.num_envs = num_envs
         self.device = device
@@ -249,8 +254,20 @@ class Physics(ABC):
             data: written into and returned; None for a new one.
         """
 
-    def close(self) -> None:  # noqa: B027 - engines without resources need none
-        """Release what the engine holds; the object is not used afterwards."""
+    def close(self) -> None:
+        """Free the memory of all simulations. May be called again; every other use raises a PhysicsError.
+
+        Tensors that were handed out stay valid.
+        """
+        vars(self).clear()
+        self._is_closed = True
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            if self._is_closed:
+                raise PhysicsError("this simulation was closed; make a new environment or scene")
+            raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
     def current(self, name: str) -> torch.Tensor:
         """:meth:`field` at the state as it is now: after writes the kinematics are computed first, where due.

@@ -2,9 +2,8 @@
 
 The state is float64 and lives in the batch's rows; what is bound is mirrored to float32 after every call. The
 result is the same bit for bit at any number of threads. The warnings that MuJoCo counts are not printed:
-:meth:`NativePhysics.health` reports them instead. A few that it does not count ("Linesearch objective is not convex"
-where a state blows up) still go to the console and to ``MUJOCO_LOG.TXT``; a callback for them would be called from the
-engine's threads, and for the whole process.
+:meth:`NativePhysics.health` reports them instead. What MuJoCo prints without counting is throttled, see
+:mod:`.engine_warnings`.
 """
 
 from __future__ import annotations

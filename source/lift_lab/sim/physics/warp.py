@@ -386,6 +386,11 @@ class WarpPhysics(Physics):
         mujoco.mj_forward(self._model_of_env, data)
         return data
 
+    def close(self) -> None:
+        if not self._is_closed and self._wp_device.is_cuda:
+            wp.synchronize_device(self._wp_device)  # a graph may still run
+        super().close()
+
     # -- private
 
     def _put(self, model: mujoco.MjModel) -> tuple[mjw.Model, mjw.Data]:
