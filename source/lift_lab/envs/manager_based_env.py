@@ -14,7 +14,8 @@ from lift_lab.scene import InteractiveScene
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.ignored import note_ignored, report_ignored
 from lift_lab.sim.physics.base import ids_tensor
-from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.configclass import validate
+from lift_lab.utils.errors import ConfigError, ConfigTypeError, suggest
 from lift_lab.utils.seed import configure_seed
 
 from .arguments import action_tensor
@@ -66,10 +67,14 @@ class ManagerBasedEnv:
         """Build the scene, start the simulation and create the managers.
 
         Raises:
-            TypeError: the config lacks values; the message lists the path of each.
-            ConfigError: something in the config cannot be built.
+            TypeError: no config, or one that lacks values; the message lists the path of each.
+            ConfigError: a setting is outside of its range, or something in the config cannot be built.
         """
-        cfg.validate("env")
+        if not isinstance(cfg, ManagerBasedEnvCfg):
+            raise ConfigTypeError(f"cfg has to be a ManagerBasedEnvCfg, not a {type(cfg).__name__}")
+        validate(cfg, "env")
+        if type(cfg).validate is not validate:  # the task's own
+            cfg.validate()
         self.cfg = cfg
         self._is_closed = False
         if cfg.seed is None:

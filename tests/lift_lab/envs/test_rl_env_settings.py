@@ -73,6 +73,24 @@ def test_a_setting_that_cannot_work_is_an_error(make_cfg, field, value, message)
         ManagerBasedRLEnv(make_cfg(**{field: value}))
 
 
+@pytest.mark.parametrize("cfg", [5, "Cartpole", {"decimation": 2}])
+def test_what_is_no_config_is_an_error(cfg):
+    with pytest.raises(TypeError, match=f"cfg has to be a ManagerBasedEnvCfg, not a {type(cfg).__name__}"):
+        ManagerBasedRLEnv(cfg)
+
+
+def test_a_task_may_check_itself(make_cfg):
+    cfg = make_cfg()
+
+    class Checked(type(cfg)):
+        def validate(self):
+            raise ConfigError("too slow")
+
+    cfg.__class__ = Checked
+    with pytest.raises(ConfigError, match="too slow"):
+        ManagerBasedRLEnv(cfg)
+
+
 def push(env, env_ids):
     pass
 
