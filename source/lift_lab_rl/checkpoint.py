@@ -68,11 +68,16 @@ def load_env_state(env: Any, state: dict[str, Any]) -> None:
         StateMismatchError: the environment holds other things than the state; names the first of them. The
             environment is unchanged then.
     """
-    if not isinstance(state, dict) or state.get("version") != VERSION:
-        version = state.get("version", 1) if isinstance(state, dict) else "unknown"
+    version = state.get("version", 1) if isinstance(state, dict) else None
+    if type(version) is not int:
+        raise StateMismatchError("the saved state is not valid: it has no version")
+    if version != VERSION:
         raise StateMismatchError(f"the saved state has the form of version {version}, this is version {VERSION}")
-    if state.get("num_envs") != env.num_envs:
-        raise StateMismatchError(f"the saved state has {state.get('num_envs')} environments, this run {env.num_envs}")
+    num_envs = state.get("num_envs")
+    if type(num_envs) is not int:
+        raise StateMismatchError("the saved state is not valid: it has no number of environments")
+    if num_envs != env.num_envs:
+        raise StateMismatchError(f"the saved state has {num_envs} environments, this run {env.num_envs}")
     physics = env.sim.physics
     try:
         check_physics_state(physics, state["physics"])

@@ -65,8 +65,11 @@ def check_physics_state(physics: Physics, state: dict[str, Any]) -> None:
             raise StateMismatchError(f"the saved state has the model field '{name}', which is not of this model")
         shape = live.shape if name != "bvh_aabb" else (values.shape[1], *live.shape[1:])  # holds the bodies' alone
         _check_alike(name, torch.empty((physics.num_envs, *shape), device="meta"), values, any_type=True)
-    if state["flags"].keys() != set(_FLAGS[physics.name]):
+    flags, stale = state["flags"], state["stale"]
+    if flags.keys() != set(_FLAGS[physics.name]) or not all(isinstance(flag, bool) for flag in flags.values()):
         raise StateMismatchError("the saved state of the physics is of another version")
+    if stale is not None and not set(stale.tolist()) <= set(range(physics.num_envs)):
+        raise StateMismatchError("the saved physics state 'stale' has to be numbers of environments")
     if state["acceleration"] is not None:
         shape = (physics.num_envs, physics.model.nv)
         _check_alike("acceleration", torch.empty(shape, device="meta"), state["acceleration"])

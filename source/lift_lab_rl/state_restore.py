@@ -8,6 +8,7 @@ program may hold them, too.
 from __future__ import annotations
 
 import dataclasses
+import enum
 from collections import deque
 from collections.abc import Callable, Set
 from typing import Any
@@ -111,6 +112,7 @@ class Restore:
 
     def _value(self, live: Any, node: Any, path: str) -> Any:
         """What will be in a place; ``live`` itself, if it only has to be written into."""
+        self._check_class(live, node, path)
         if isinstance(node, torch.Tensor):
             return self._tensor(live, node)
         if is_plain(node):
@@ -124,6 +126,14 @@ class Restore:
         self._finals[path] = final
         self._kept.append(final)
         return final
+
+    def _check_class(self, live: Any, node: Any, path: str) -> None:
+        """Numbers (also in tensors), text and containers do not become one another while an environment runs."""
+        if live is _ABSENT or node == ("fixed",):
+            return
+        ours, theirs = _class_of_value(live), _class_of_node(node)
+        if None not in (ours, theirs) and ours != theirs:
+            raise self._mismatch(path, f"is of type {type(live).__name__}, it was {theirs}")
 
     def _plain(self, live: Any, node: Any) -> Any:
         if is_plain(live):
@@ -249,6 +259,8 @@ class Restore:
                 continue
             before = here.get(name, _ABSENT)
             final = self._value(before, entry, f"{path}.{name}" if path else name)
+            if final is None and before is not None and dataclasses.is_dataclass(live):
+                self._check_may_go(before, f"{path}.{name}")
             if final is not before:
                 self._actions.append(lambda name=name, final=final: object.__setattr__(live, name, final))
         return live
@@ -386,6 +398,44 @@ def _same_bytes(a: torch.Tensor, b: torch.Tensor) -> bool:
         # 0.0 equals -0.0
         return not a.is_floating_point() or torch.equal(torch.signbit(a), torch.signbit(b.to(a.device)))
     return False
+
+
+_CLASSES = {
+    **dict.fromkeys(("array", "scalar", "engine", "elsewhere"), "a number"),
+    **dict.fromkeys(("list", "deque", "tuple"), "a sequence"),
+    **dict.fromkeys(("set", "frozenset"), "a set"),
+    **{"dict": "a dictionary", "generator": "a generator of random numbers"},
+    **{"object": "an object", "state_dict": "an object", "enum": "an enum member", "name": "a function or class"},
+}
+
+
+def _class_of_node(node: Any) -> str | None:
+    """Numbers, text or a kind of container; None for None and where a node may stand for anything."""
+    if isinstance(node, (str, bytes)):
+        return "text"
+    if isinstance(node, tuple):
+        return _CLASSES.get(node[0])
+    return None if node is None else "a number"
+
+
+def _class_of_value(value: Any) -> str | None:
+    """The same of a live value."""
+    if isinstance(value, enum.Enum):
+        return "an enum member"
+    if isinstance(value, (str, bytes)):
+        return "text"
+    if isinstance(value, (bool, int, float, complex, torch.Tensor, np.ndarray, np.generic)):
+        return "a number"
+    if isinstance(value, dict):
+        return "a dictionary"
+    if generator_node(value) is not None:
+        return "a generator of random numbers"
+    kind = sequence_kind(value)
+    if kind is not None:
+        return _CLASSES[kind]
+    if name_of(value) is not None:
+        return "a function or class"
+    return "an object" if is_object(value) or saves_itself(value) else None
 
 
 def _is_numbered(key: Any) -> bool:

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -264,6 +265,43 @@ def test_a_state_with_wrong_contents_means_fresh_episodes(trained, tmp_path, cha
     assert said.endswith(": starting fresh episodes")
     assert "\n" not in said
     assert runner.learn(1)
+
+
+def places(value, path=()):
+    """Paths of all entries of nested containers."""
+    for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, (list, tuple)) else ():
+        yield (*path, key)
+        yield from places(value[key], (*path, key))
+
+
+def replaced(value, path, new):
+    """Nested containers with another value in one place."""
+    if not path:
+        return new
+    entries = dict(value) if isinstance(value, dict) else list(value)
+    entries[path[0]] = replaced(value[path[0]], path[1:], new)
+    return tuple(entries) if isinstance(value, tuple) else entries
+
+
+def test_entries_of_a_wrong_type_are_one_line_each(trained, tmp_path):
+    runner, folder = trained
+    (tmp_path / "model_1.pt").write_bytes((folder / "model_1.pt").read_bytes())
+    state, chance = load_torch(folder / "resume_state_1.pt"), random.Random(5)
+    shallow = [path for path in places(state) if len(path) <= 3 and path[0] != "fingerprint"]
+    deep = [path for path in places(state["env"], ("env",)) if len(path) > 3]
+    refused = 0
+    for path in [*chance.sample(shallow, 20), *chance.sample(deep, 30)]:
+        new = chance.choice(["x", [], ("unknown",), ("object", "Other", {}), ("same", "nowhere"), torch.zeros(3, 5)])
+        save_torch(tmp_path / "resume_state_1.pt", replaced(state, path, new))
+        runner.load(str(tmp_path / "model_1.pt"))
+        said = runner.load_resume_state(tmp_path / "model_1.pt")
+        assert "\n" not in said, path
+        assert len(said) < 600, path
+        refused += said.endswith(": starting fresh episodes")
+        if runner.continues_exactly:
+            save_torch(tmp_path / "resume_state_1.pt", state)
+            assert runner.load_resume_state(tmp_path / "model_1.pt") == "continuing the episodes of iteration 1"
+    assert refused > 30
 
 
 @pytest.fixture(scope="module")

@@ -124,7 +124,8 @@ def _start_fresh(runner: LiftLabRunner, problem: str, reset: bool = False) -> st
                 network.reset(hidden_state=None)
         if manager_env(runner.env) is not None:
             runner.env.reset()  # type: ignore[attr-defined]
-    return f"{problem}: starting fresh episodes"
+    text = " ".join(problem.split())  # a value of a file that is something else can be long
+    return f"{text if len(text) <= 400 else text[:397] + '...'}: starting fresh episodes"
 
 
 def _forget_rollout(runner: LiftLabRunner) -> None:
@@ -160,8 +161,9 @@ def _read_state(runner: LiftLabRunner, path: Path) -> tuple[dict[str, Any], str 
         return {}, f"'{path}' is no state of a training"
     if not isinstance(state.get("total_steps"), (int, type(None))):
         return {}, f"'{path}' is no valid state of a training: total_steps is no number"
-    if state.get("version") != VERSION:
-        return state, f"'{path}' has the form of version {state.get('version', 1)}, this is version {VERSION}"
+    version = state.get("version", 1)
+    if type(version) is not int or version != VERSION:
+        return state, f"'{path}' has the form of version {version}, this is version {VERSION}"
     problem = _difference(runner.fingerprint, state["fingerprint"])
     if problem is not None:
         return state, problem
@@ -179,6 +181,8 @@ def _difference(ours: str | Settings, saved: Any) -> str | None:
     """How the configuration of a saved run differs from ours; None if it does not."""
     differs = "the configuration differs from the saved run's"
     if isinstance(ours, Settings) and isinstance(saved, dict):
+        if not all(isinstance(text, str) for text in (*saved, *saved.values())):
+            return differs
         first = ours.difference(saved)
         return None if first is None else f"{differs} ({first})"
     return None if ours == saved else differs
