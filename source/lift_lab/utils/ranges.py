@@ -77,10 +77,10 @@ class Range:
             if len(value) != 2:
                 return f"{path} has {len(value)} numbers; it needs two, (low, high)"
             if value[0] > value[1]:
-                return f"{path} is ({value[0]:g}, {value[1]:g}); the first number must not be above the second"
+                return f"{path} is ({_text(value[0])}, {_text(value[1])}); the first number must not be above the second"
         for name, number in () if isinstance(value, (list, tuple, dict)) else numbers_in(path, value):
             if not self._takes(number):
-                return f"{name} is {number:g}; it must be {self}"
+                return f"{name} is {_text(number)}; it must be {self}"
         return None
 
     def _takes(self, number: float) -> bool:
@@ -96,14 +96,20 @@ class Range:
     def __str__(self) -> str:
         bounds = []
         if self.low > -math.inf:
-            bounds.append(f"{'above' if self.above else 'at least'} {self.low:g}")
+            bounds.append(f"{'above' if self.above else 'at least'} {_text(self.low)}")
         if self.high < math.inf:
-            bounds.append(f"{'below' if self.below else 'at most'} {self.high:g}")
+            bounds.append(f"{'below' if self.below else 'at most'} {_text(self.high)}")
         kind = ["a whole number"] if self.whole and not bounds else []
         if not self.infinite and self.high == math.inf and not self.whole:
             kind = ["finite"]
         text = " and ".join([*kind, *bounds]) or "a number"
-        return ", or ".join([text, *(f"{number:g}" for number in self.also)])
+        return ", or ".join([text, *(_text(number) for number in self.also)])
+
+
+def _text(number: float) -> str:
+    """A number in full if it is whole (1e+06 and more would lose digits), else as short as it is exact enough."""
+    whole = math.isfinite(number) and number == int(number) and abs(number) < 1e15
+    return str(int(number)) if whole else f"{number:g}"
 
 
 Ranges = Mapping[str, Range]

@@ -135,9 +135,11 @@ def check_run_names(names: Any) -> None:
         parts = name.split("/")
         wrong = not allowed.fullmatch(name) or any(part in ("", ".", "..") or part != part.strip() for part in parts)
         if wrong or any(len(part.encode()) > _LONGEST for part in parts):
-            kind = "folders below that of all runs" if key == "experiment_name" else "a part of a folder's name"
+            outer = key == "experiment_name"
+            kind = "name folders below that of all runs" if outer else "be part of a folder's name"
+            refused = "no '..'" if outer else "no '/'"
             raise ConfigError(
-                f"{key} {name[:80]!r} cannot name {kind}: no '..', control characters or more than {_LONGEST} bytes"
+                f"{key} {name[:80]!r} cannot {kind}: {refused}, control characters or more than {_LONGEST} bytes"
             )
 
 

@@ -104,7 +104,7 @@ def test_the_defaults_of_every_class_are_within_their_ranges():
         (COUNT, [1, np.int64(7)], [0, -3, 2.5, 4.0], "at least 1"),
         (FRACTION, [0, 0.5, 1], [-0.1, 1.1, math.nan], "at least 0 and at most 1"),
         (FINITE, [-1e30, 0], [math.inf, -math.inf, math.nan], "finite"),
-        (SEED, [-1, 0, 2**32 - 1], [-2, 2**32, 1.5], "at least 0 and at most 4.29497e+09, or -1"),
+        (SEED, [-1, 0, 2**32 - 1], [-2, 2**32, 1.5], "at least 0 and at most 4294967295, or -1"),
     ],
 )
 def test_a_range_takes_what_it_says(known, good, bad, text):
