@@ -148,17 +148,16 @@ class AssetBase(Entity):
         """Environment ids as a LongTensor on the device; None for all.
 
         Raises:
-            ConfigError: a mask, or fractions.
+            ConfigError: a mask, fractions, several dimensions, or an environment that there is not.
         """
         if env_ids is None or (isinstance(env_ids, slice) and env_ids == slice(None)):
             return None
         if isinstance(env_ids, slice):
             return torch.arange(self.num_instances, device=self.device)[env_ids]
-        if isinstance(env_ids, torch.Tensor):
-            if env_ids.dtype == torch.long and env_ids.device == self._physics.device:
-                return env_ids
-            return ids_tensor(env_ids, self._physics.device)
-        return ids_tensor(list(env_ids), self._physics.device)
+        try:
+            return ids_tensor(env_ids, self._physics.device, self.num_instances).reshape(-1)
+        except ConfigError as error:
+            raise ConfigError(f"'{self.name}': env_ids: {error}") from error
 
     def _fit(
         self, values: Values, env_ids: torch.Tensor | None, shape: tuple[int, ...], method: str, any_width: bool = False
@@ -176,15 +175,7 @@ class AssetBase(Entity):
             ConfigError: no numbers, or their shape does not fit.
         """
         wanted = (self._count(env_ids), *shape)
-        if not isinstance(values, torch.Tensor):
-            try:
-                values = torch.as_tensor(values, dtype=torch.float32, device=self._physics.device)
-            except (TypeError, ValueError) as error:
-                raise ConfigError(
-                    f"'{self.name}'.{method}: expected numbers that fit shape {wanted}, got {values!r}"
-                ) from error
-        elif values.device != self._physics.device:
-            values = values.to(self._physics.device)
+        values = self._numbers(values, method, wanted)
         if values.shape == wanted:
             return values
         if any_width or (values.ndim and values.shape[-1] == shape[-1]):
@@ -194,15 +185,34 @@ class AssetBase(Entity):
                 pass
         raise ConfigError(f"'{self.name}'.{method}: values of shape {tuple(values.shape)} do not fit {wanted}")
 
+    def _numbers(self, values: Values, method: str, wanted: tuple[int, ...]) -> torch.Tensor:
+        """Values as a float32 tensor on the device, whatever their own type; ``wanted`` is for the message.
+
+        Raises:
+            ConfigError: no real numbers.
+        """
+        if not isinstance(values, torch.Tensor):
+            try:
+                values = torch.as_tensor(values)
+            except (TypeError, ValueError, RuntimeError) as error:
+                raise ConfigError(
+                    f"'{self.name}'.{method}: expected numbers that fit shape {wanted}, got {values!r}"
+                ) from error
+        if values.dtype == torch.float32 and values.device == self._physics.device:
+            return values
+        if values.dtype == torch.bool or values.is_complex():
+            raise ConfigError(f"'{self.name}'.{method}: expected real numbers, got {values.dtype}")
+        return values.to(device=self._physics.device, dtype=torch.float32)
+
     def _count(self, env_ids: torch.Tensor | None) -> int:
         return self.num_instances if env_ids is None else len(env_ids)
 
 
 def as_list(ids: Sequence[int] | torch.Tensor | slice | None, count: int) -> list[int]:
-    """Numbers of bodies or joints; None means all ``count``. Raises ConfigError for a mask or for fractions."""
+    """Numbers of bodies or joints; None means all ``count``. Raises ConfigError for what is no such number."""
     if ids is None or isinstance(ids, slice):
         return list(range(count))[ids or slice(None)]
-    return ids_tensor(ids, torch.device("cpu")).tolist()
+    return ids_tensor(ids, torch.device("cpu"), count).reshape(-1).tolist()
 
 
 def as_columns(ids: Sequence[int], device: torch.device) -> slice | torch.Tensor:

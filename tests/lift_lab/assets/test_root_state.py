@@ -216,3 +216,66 @@ def test_masses_wrenches_and_targets_broadcast_and_name_shapes_too(free):
         with pytest.raises(ConfigError, match=rf"'robot'.{name}: values of shape \(.*\) do not fit \(3, .*\)"):
             call()
     torch.testing.assert_close(robot.data.joint_pos, before)  # not even the half that fits was written
+
+
+@pytest.mark.parametrize("asset", ["box", "robot"])
+@pytest.mark.parametrize("method", _WRITES)
+def test_numbers_of_every_type_are_the_same_state(free, asset, method):
+    values, name = _WRITES[method]
+    write, data = getattr(free[asset], method), free[asset].data
+    double = torch.tensor(values, dtype=torch.float64)
+    whole = torch.tensor([1, 2, 3, 0, 1, 0, 0, 1, 2, 3, 4, 5, 6][: len(values)])  # with an orientation, if there is one
+    for given, expected, tolerance in (
+        (double, double, 1e-5),
+        (double.repeat(NUM_ENVS, 1), double, 1e-5),
+        (double.half(), double, 2e-3),
+        (whole, whole, 1e-5),
+        (whole.numpy(), whole, 1e-5),
+    ):
+        free[asset].write_default_root_state_to_sim()
+        write(given)
+        expected = expected.float().repeat(NUM_ENVS, 1)
+        torch.testing.assert_close(getattr(data, name), expected, atol=tolerance, rtol=0)
+    before = getattr(data, name).clone()
+    for wrong in (double.bool(), double.to(torch.complex64)):
+        with pytest.raises(ConfigError, match=rf"'{asset}'.{method}: expected real numbers, got {wrong.dtype}"):
+            write(wrong)
+    torch.testing.assert_close(getattr(data, name), before)
+
+
+_WRONG_IDS = {
+    "id 3 is out of range: there are 3": [0, 3],
+    "id -4 is out of range": torch.tensor([0, -4]),
+    r"one dimension, got shape \(2, 1\)": torch.tensor([[0], [1]]),
+    "integers, got 'all'": "all",
+    "nonzero": torch.tensor([True, False, True]),
+}
+
+
+@pytest.mark.parametrize("told", _WRONG_IDS)
+def test_environments_and_joints_that_are_not_there_are_refused(free, told):
+    robot = free["robot"]
+    before = robot.data.root_state_w.clone(), robot.data.joint_pos.clone(), robot.data.joint_pos_target.clone()
+    for method, (values, _) in _WRITES.items():
+        with pytest.raises(ConfigError, match=f"'robot': env_ids: .*{told}"):
+            getattr(robot, method)(values, env_ids=_WRONG_IDS[told])
+    joint_ids = _WRONG_IDS[told]
+    if "range" in told:
+        joint_ids, told = [0, robot.num_joints], f"id {robot.num_joints} is out of range"
+    for method in ("write_joint_position_to_sim", "set_joint_position_target", "write_joint_armature_to_sim"):
+        with pytest.raises(ConfigError, match=told):
+            getattr(robot, method)(0.1, joint_ids=joint_ids)
+    after = robot.data.root_state_w, robot.data.joint_pos, robot.data.joint_pos_target
+    for was, now in zip(before, after, strict=True):
+        torch.testing.assert_close(now, was)
+
+
+def test_targets_and_gains_take_what_joint_states_take(free):
+    robot = free["robot"]
+    for given in ([0.1] * robot.num_joints, torch.full((robot.num_joints,), 0.1).double().numpy(), 0.1):
+        for method, name in (("set_joint_position_target", "pos_target"), ("write_joint_armature_to_sim", "armature")):
+            getattr(robot, method)(0.0)
+            getattr(robot, method)(given)
+            torch.testing.assert_close(getattr(robot.data, f"joint_{name}"), torch.full((3, robot.num_joints), 0.1))
+    with pytest.raises(ConfigError, match=r"'robot'.joint_pos_target: expected numbers .* got None"):
+        robot.set_joint_position_target(None)

@@ -233,14 +233,15 @@ class JointProperties(MovableAsset):
         ids = self._env_ids(env_ids)
         cols = slice(None) if joint_ids is None else joint_ids
         if not isinstance(cols, slice):
-            cols = ids_tensor(cols, buffer.device)
+            cols = ids_tensor(cols, buffer.device, buffer.shape[1])
         index = (slice(None) if ids is None else ids, cols)
         if ids is not None and not isinstance(cols, slice):
             index = (ids[:, None], cols)
+        numbers = self._numbers(value, name, tuple(buffer.shape))
         try:
-            buffer[index] = value
+            buffer[index] = numbers
         except RuntimeError as error:
-            wanted, given = tuple(buffer[index].shape), tuple(torch.as_tensor(value).shape)
+            wanted, given = tuple(buffer[index].shape), tuple(numbers.shape)
             raise ConfigError(f"'{self.name}'.{name}: values of shape {given} do not fit {wanted}") from error
 
     def _soft(self, limits: torch.Tensor) -> torch.Tensor:
