@@ -56,7 +56,7 @@ def main() -> int:
             return folder / name, random.Random(f"{args.seed} {name}")
 
         studies = round(args.kills * args.studies)
-        exports = round(args.kills * 0.15)
+        exports = round((args.kills - studies) / 6)
         trainings = args.kills - studies - exports
         wrong_inputs(*part("wrong"), args.wrong, tally)
         Damage(*part("damaged"), tally, ref).run(args.damaged) if args.damaged else None
