@@ -73,7 +73,8 @@ def main() -> int:
         print(f"writing to {run_dir}", flush=True)
         agent.set_logger(configure(str(run_dir), ["stdout", "tensorboard"]))
         callbacks = [SaveCallback(args.save_interval, run_dir), LogCallback()]
-        ended = until_interrupted(partial(agent.learn, timesteps, callback=callbacks, log_interval=args.log_interval))
+        learn = partial(agent.learn, timesteps, callback=callbacks, log_interval=args.log_interval)
+        ended, status = until_interrupted(learn)
         save(agent, vec_env, run_dir / "model.zip")
         print(f"{ended} after {agent.num_timesteps} samples: {run_dir / 'model.zip'}")
     finally:
@@ -81,7 +82,7 @@ def main() -> int:
             env.close()
         discard_if_empty(run_dir)
         launcher.app.close()
-    return 0
+    return status
 
 
 if __name__ == "__main__":

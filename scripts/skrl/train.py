@@ -78,7 +78,7 @@ def main() -> int:
         inner = env.unwrapped
         print(f"{args.task}: {inner.num_envs} environments on {env_cfg.sim.device}, seed {agent_cfg['seed']}")
         print(f"writing to {run_dir}", flush=True)
-        ended = until_interrupted(runner.run)
+        ended, status = until_interrupted(runner.run)
         steps = inner.common_step_counter
         last = run_dir / "checkpoints" / f"agent_{steps}.pt"
         last.parent.mkdir(exist_ok=True)
@@ -91,7 +91,7 @@ def main() -> int:
             shutil.rmtree(run_dir)
             discard_empty_parents(run_dir)
         launcher.app.close()
-    return 0
+    return status
 
 
 if __name__ == "__main__":

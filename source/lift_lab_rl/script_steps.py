@@ -9,6 +9,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from lift_lab.app.endings import exit_status, number_of
 from lift_lab.utils.io import dump_yaml
 
 from .files import check_target
@@ -71,13 +72,17 @@ def write_configurations(
     dump_yaml(run_dir / "params" / "run.yaml", {"task": task, "overrides": list(overrides), **origin})
 
 
-def until_interrupted(train: Callable[[], Any]) -> str:
-    """Train until it is done or Ctrl-C ends it; returns which of them, in words for the user."""
+def until_interrupted(train: Callable[[], Any]) -> tuple[str, int]:
+    """Train until it is done, or until Ctrl-C, SIGTERM or a lost terminal ends it.
+
+    Returns:
+        Which of them, in words for the user, and the script's exit status.
+    """
     try:
         train()
-    except KeyboardInterrupt:
-        return "ended early"
-    return "finished"
+    except KeyboardInterrupt as interrupt:
+        return "ended early", exit_status(number_of(interrupt))
+    return "finished", 0
 
 
 def print_played(env: gym.Env, steps: int, episodes: int, reward: float) -> None:

@@ -1,9 +1,11 @@
 """What the scripts of all learning libraries share says and writes the same for each."""
 
+import signal
 from types import SimpleNamespace
 
 import pytest
 
+from lift_lab.app import endings
 from lift_lab.utils.io import load_yaml
 from lift_lab_rl.script_steps import film_training, print_played, print_videos, until_interrupted, write_configurations
 
@@ -17,8 +19,10 @@ def fail():
 
 
 def test_ctrl_c_ends_a_training_early_and_a_bug_stays_one():
-    assert until_interrupted(lambda: None) == "finished"
-    assert until_interrupted(interrupt) == "ended early"
+    assert until_interrupted(lambda: None) == ("finished", 0)
+    assert until_interrupted(interrupt) == ("ended early", 130)
+    with endings.handled():
+        assert until_interrupted(lambda: signal.raise_signal(signal.SIGTERM)) == ("ended early", 143)
     with pytest.raises(ValueError, match="a bug"):
         until_interrupted(fail)
 

@@ -7,12 +7,16 @@ traceback, with exit status 1. A script that a signal ends has status 128 plus t
 from __future__ import annotations
 
 import argparse
+import errno
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 
 from . import children, endings, output
+
+_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
+"""What a full or failing disk answers."""
 
 USAGE_ERROR = 2
 """Exit status after a user's mistake."""
@@ -85,8 +89,12 @@ def run(main: Callable[[], int | None]) -> None:
     """
     children.follow_parent()
     with output.guarded() as (out, _):
-        with endings.handled():
-            status = _status(main, out)
+        try:
+            with endings.handled():
+                status = _status(main, out)
+        except KeyboardInterrupt as again:  # before the first signal was dealt with
+            endings.ignore()
+            status = endings.exit_status(endings.number_of(again))
         out.flush()
         if out.problem is not None and not endings.is_ignored(endings.HANGUP):
             status = status or endings.exit_status(endings.HANGUP)
@@ -100,6 +108,7 @@ def _status(main: Callable[[], int | None], out: output.Output) -> int:
         out.flush()  # may find that nobody reads
         return status
     except KeyboardInterrupt as interrupt:
+        endings.ignore()
         number = endings.number_of(interrupt)
         if number != endings.HANGUP or out.problem is None:
             print("interrupted" if number == signal.SIGINT else f"ended by {interrupt}", file=sys.stderr)
@@ -107,8 +116,11 @@ def _status(main: Callable[[], int | None], out: output.Output) -> int:
     except Exception as error:
         from lift_lab.utils.errors import LiftLabError
 
-        if isinstance(error, OSError) and error.filename is not None and not isinstance(error, LiftLabError):
-            error = LiftLabError(f"{error.strerror}: '{error.filename}'")
+        if isinstance(error, OSError) and not isinstance(error, LiftLabError):
+            if error.filename is not None:
+                error = LiftLabError(f"{error.strerror}: '{error.filename}'")
+            elif error.errno in _DISK:  # of a write, which does not know the file's name
+                error = LiftLabError(f"a file could not be written: {error.strerror}")
         if not isinstance(error, LiftLabError):
             raise
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)

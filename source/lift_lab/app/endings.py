@@ -79,7 +79,15 @@ def handled(handler: Callable[[int, FrameType | None], None] | None = None) -> I
         yield
     finally:
         for number, old in before.items():
-            signal.signal(number, old if old is not None else signal.SIG_DFL)
+            if signal.getsignal(number) is handler:  # not after ignore()
+                signal.signal(number, old if old is not None else signal.SIG_DFL)
+
+
+def ignore() -> None:
+    """Ignore further signals: this process has done what they ask for but for its last line."""
+    if threading.current_thread() is threading.main_thread():
+        for number in STOPPING:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def hang_up() -> None:

@@ -19,8 +19,8 @@ print("started", flush=True)
 time.sleep(delay)
 from lift_lab.app import cli
 def main():
-    print("working", flush=True)
     try:
+        print("working", flush=True)
         time.sleep(60)
     except KeyboardInterrupt as interrupt:
         open("ended.txt", "w").write(str(interrupt))
@@ -49,12 +49,11 @@ def ends(pid, within_s=20.0):
     end = time.monotonic() + within_s
     while time.monotonic() < end:
         try:
-            os.kill(pid, 0)
-        except ProcessLookupError:
+            with open(f"/proc/{pid}/stat") as state:
+                if state.read().rpartition(")")[2].split()[0] == "Z":
+                    return True
+        except (FileNotFoundError, ProcessLookupError):
             return True
-        with open(f"/proc/{pid}/stat") as state:
-            if state.read().rpartition(")")[2].split()[0] == "Z":
-                return True
         time.sleep(0.02)
     return False
 

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from lift_lab.app import endings
+from lift_lab.app import cli, endings
 from lift_lab.app.output import Output, guarded
 
 SCRIPT = """
@@ -117,11 +117,32 @@ def test_a_signal_ends_it_in_one_line(start, tmp_path, number, said):
     assert note.startswith("interrupted by")
 
 
+def test_many_signals_end_it_without_a_traceback(start, tmp_path):
+    process = start(subprocess.PIPE)
+    process.stdout.readline()
+    while process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    status, errors, _ = ended(process, tmp_path)
+    assert status == 130
+    assert "Traceback" not in errors
+
+
 def test_streams_closed_from_the_start_are_no_loss_and_no_file_gets_their_text(tmp_path):
     command = ["sh", "-c", 'exec "$0" -c "$1" <&- >&- 2>&-', sys.executable, SCRIPT]
     process = subprocess.run(command, cwd=tmp_path, timeout=60)
     assert process.returncode == 0
     assert (tmp_path / "note.txt").read_text() == "all"
+
+
+def test_a_full_disk_below_any_file_is_one_line(capsys):
+    def main():
+        with open("/dev/full", "w") as file:
+            file.write("text")
+
+    with pytest.raises(SystemExit) as ended:
+        cli.run(main)
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == "error: a file could not be written: No space left on device\n"
 
 
 def test_letters_that_an_encoding_lacks_are_escaped():
