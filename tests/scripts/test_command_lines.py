@@ -195,7 +195,11 @@ def test_tasks_are_listed(script):
             [*SMALL, "--num_envs", "2", "agent.algorithm.advantage_clip=-1"],
             "agent.algorithm.advantage_clip is -1; it must be finite and above 0, or null",
         ),
-        ("rsl_rl/train.py", [*SMALL, "--seed", "-5"], "env.seed is -5; it must be at least 0 and at most 4294967295, or -1, or null"),
+        (
+            "rsl_rl/train.py",
+            [*SMALL, "--seed", "-5"],
+            "-5; it must be at least 0 and at most 4294967295, or -1",
+        ),
         ("rsl_rl/train.py", [*SMALL, "--run_name", "a/b"], "'a/b' cannot be part of a folder's name"),
         ("rsl_rl/train.py", [*SMALL, "agent.algorithm.schedule=adaptve"], "did you mean 'adaptive'"),
         ("list_envs.py", ["--keyword", "zzz"], "no task contains 'zzz'"),

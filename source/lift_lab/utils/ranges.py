@@ -77,8 +77,12 @@ class Range:
             if len(value) != 2:
                 return f"{path} has {len(value)} numbers; it needs two, (low, high)"
             if value[0] > value[1]:
-                return f"{path} is ({_text(value[0])}, {_text(value[1])}); the first number must not be above the second"
+                return (
+                    f"{path} is ({_text(value[0])}, {_text(value[1])}); the first number must not be above the second"
+                )
         for name, number in () if isinstance(value, (list, tuple, dict)) else numbers_in(path, value):
+            if self.whole and not isinstance(number, (int, np.integer)) and math.isfinite(number):
+                return f"{name} is {float(number)}; it must be a whole number, {self}"
             if not self._takes(number):
                 return f"{name} is {_text(number)}; it must be {self}"
         return None
@@ -99,7 +103,7 @@ class Range:
             bounds.append(f"{'above' if self.above else 'at least'} {_text(self.low)}")
         if self.high < math.inf:
             bounds.append(f"{'below' if self.below else 'at most'} {_text(self.high)}")
-        kind = ["a whole number"] if self.whole and not bounds else []
+        kind = ["whole"] if self.whole and not bounds else []
         if not self.infinite and self.high == math.inf and not self.whole:
             kind = ["finite"]
         text = " and ".join([*kind, *bounds]) or "a number"
