@@ -259,7 +259,8 @@ class Physics(ABC):
 
         Tensors that were handed out stay valid.
         """
-        vars(self).clear()
+        for name in [name for name in vars(self) if not hasattr(type(self), name)]:  # leaves replaced methods
+            delattr(self, name)
         self._is_closed = True
 
     if not TYPE_CHECKING:
