@@ -339,7 +339,7 @@ def main() -> int:
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.generalisation import STANDARD
     from lift_lab_rl.study.comparison import Roles
-    from lift_lab_rl.study.curves import find_runs, group_runs
+    from lift_lab_rl.study.curves import find_runs, group_runs, remarks
     from lift_lab_rl.study.evaluations import load_results
     from lift_lab_rl.study.figures import require_matplotlib
     from lift_lab_rl.study.jobs import Variant, make_jobs
@@ -362,8 +362,12 @@ def main() -> int:
         print("stopped: run the same command again to continue", file=sys.stderr)
         return endings.exit_status(study.stopped_by)
     if not args.no_report and any("checkpoint" in job.record for job in jobs):
-        groups = group_runs(find_runs([study.folder]))
-        page = write_report(groups, load_results(study.results), Roles.guess(groups), study.folder / "report")
+        runs = find_runs([study.folder])
+        groups, notes = group_runs(runs), remarks(runs)
+        roles, folder = Roles.guess(groups), study.folder / "report"
+        page = write_report(groups, load_results(study.results), roles, folder, notes=notes)
+        for note in notes:
+            print(f"note: {note}")
         print(f"written: {page}")
     return 1 if unfinished else 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ def read_params(run_dir: Path, name: str) -> dict[str, Any]:
         What the file holds; empty where there is none.
 
     Raises:
-        FileError: the file holds no settings.
+        FileError: the file holds no settings, or an entry of another type.
     """
     path = run_dir / "params" / f"{name}.yaml"
     if not path.is_file():
@@ -33,4 +34,26 @@ def read_params(run_dir: Path, name: str) -> dict[str, Any]:
         raise FileError(f"cannot read '{path}': {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
         raise FileError(f"cannot read '{path}': it holds no settings")
+    for key, (fits, wanted) in _ENTRIES.get(name, {}).items():
+        if not fits(content.get(key)):
+            raise FileError(f"cannot read '{path}': '{key}' is {str(content[key])[:40]!r}; it must be {wanted}")
     return content
+
+
+def _is_text(value: Any) -> bool:
+    return value is None or isinstance(value, str)
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or type(value) is int
+
+
+def _is_texts(value: Any) -> bool:
+    return value is None or (isinstance(value, list) and all(isinstance(text, str) for text in value))
+
+
+_ENTRIES: dict[str, dict[str, tuple[Callable[[Any], bool], str]]] = {
+    "run": {"task": (_is_text, "text"), "overrides": (_is_texts, "a list of texts"), "continues": (_is_text, "text")},
+    "agent": {"seed": (_is_number, "a whole number"), "run_name": (_is_text, "text")},
+}
+"""Entries that are read again, and what they must be; each may be missing."""

@@ -1,6 +1,7 @@
 """Files are whole or not there, and what cannot be written or read is named with its path."""
 
 import hashlib
+import re
 import resource
 import zipfile
 
@@ -109,3 +110,21 @@ def test_a_longer_or_shorter_file_is_noticed(tmp_path, change):
         (tmp_path / "a.pt").write_bytes(change((tmp_path / "a.pt").read_bytes()))
         with pytest.raises(FileError, match=r"^cannot read '[^\n]+$"):
             load_torch(tmp_path / "a.pt")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("run", "task: 5", "'task' is '5'; it must be text"),
+        ("run", "task: T\noverrides: 3", "'overrides' is '3'; it must be a list of texts"),
+        ("run", "overrides: [1, null]", "'overrides' is '[1, None]'; it must be a list of texts"),
+        ("run", "continues: {a: 1}", "'continues' is"),
+        ("agent", "seed: [1]", "'seed' is '[1]'; it must be a whole number"),
+        ("agent", "run_name: {a: 1}", "'run_name' is"),
+    ],
+)
+def test_settings_of_another_type_are_named(tmp_path, name, content, says):
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / f"{name}.yaml").write_text(content)
+    with pytest.raises(FileError, match=rf"cannot read '.*{name}\.yaml': {re.escape(says)}"):
+        read_params(tmp_path, name)

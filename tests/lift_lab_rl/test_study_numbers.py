@@ -128,6 +128,20 @@ def test_a_run_without_curves_is_left_out_and_told(tmp_path):
         group_runs(find_runs([tmp_path / "begun"]))
 
 
+@pytest.mark.parametrize(("first", "content"), [(0.5, None), (0.5, b"\0" * 40), (0.0, b"words\n")])
+def test_an_event_file_that_cannot_be_read_to_its_end_is_told(tmp_path, first, content):
+    for name in ("whole", "damaged"):
+        _write(tmp_path / name, {"Train/mean_reward": [1.0, 2.0, 3.0, 4.0]}, seed=1, run_name=name)
+    (path,) = (tmp_path / "damaged").glob("events.out.*")
+    whole = path.read_bytes()
+    half = whole[: int(len(whole) * first)]
+    path.write_bytes(half + (content or b""))
+    lines = [line for line in remarks(find_runs([tmp_path])) if "later points" in line]
+    assert len(lines) == 1
+    size = len(half + (content or b""))
+    assert re.fullmatch(rf"'{path}' is damaged after \d+ of {size} bytes: later points .* are missing", lines[0])
+
+
 def test_a_group_averages_seeds_over_environment_steps(tmp_path):
     # 100 steps an iteration in one run, 200 in the other: at 200 steps they are at iterations 2 and 1
     _write(tmp_path / "a", {REWARD: [0, 1, 2, 3], "Perf/total_steps": [100, 200, 300, 400]})

@@ -36,6 +36,8 @@ class TrainingRun:
     """Id of the task; None if the run does not tell."""
     start: TrainingRun | None = None
     """The run from whose checkpoint this one began, where that one is there, too."""
+    damaged: list[str] = field(default_factory=list)
+    """A line for each event file that cannot be read to its end."""
 
     def find(self, tags: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
         """The curve of the first tag that there is."""
@@ -134,6 +136,20 @@ def read_scalars(folder: str | Path) -> Scalars:
     return scalars
 
 
+def damaged_event_files(folder: str | Path) -> list[str]:
+    """A line for each event file of a folder that cannot be read to its end. TensorBoard says nothing of the rest."""
+    from tensorboard.backend.event_processing.event_file_loader import RawEventFileLoader
+
+    found = []
+    for path in sorted(Path(folder).glob("events.out.tfevents.*")):
+        size, good = path.stat().st_size, 0
+        for record in RawEventFileLoader(str(path)).Load():
+            good += len(record) + 16  # its length, and two checksums
+        if good < size:
+            found.append(f"'{path}' is damaged after {good} of {size} bytes: later points of its curves are missing")
+    return found
+
+
 def split_place(place: str | Path) -> tuple[str | None, Path]:
     """``"LABEL=FOLDER"`` as label and folder; the label is None without one, as for a folder with ``=`` in its name."""
     label, equals, path = str(place).partition("=")
@@ -179,8 +195,10 @@ def group_runs(runs: Iterable[TrainingRun]) -> list[Group]:
 
 
 def remarks(runs: Sequence[TrainingRun]) -> list[str]:
-    """What a reader of a comparison of these runs has to know: runs without curves, and seeds that come twice."""
+    """What a reader of a comparison of these runs has to know: runs without curves or with damaged files, and seeds
+    that come twice."""
     found = [f"'{run.folders[0]}' is left out: its event files are empty" for run in runs if not run.scalars]
+    found += [line for run in runs for line in run.damaged]
     counts = Counter((run.label, run.seed) for run in runs if run.scalars and run.seed is not None)
     for (label, seed), count in counts.items():
         if count > 1:
@@ -246,6 +264,7 @@ def _join(pieces: list[_Piece]) -> list[TrainingRun]:
         names[id(run)] = piece.name
         runs[piece.folder] = run
         run.folders.append(piece.folder)
+        run.damaged += damaged_event_files(piece.folder)
         if piece.scalars:
             earlier = run.scalars or (run.start.scalars if run.start is not None else {})
             run.scalars = _continued(earlier, piece.first, piece.scalars)
