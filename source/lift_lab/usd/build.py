@@ -85,6 +85,8 @@ class Builder:
             authored = [name for name in names if prim.GetAttribute(name).HasAuthoredValue()]
             authored += ["gravity switch"] if switch is not None else []
             options += [OptionSource(path, name, "gravity") for name in authored[:1]]
+            if rate is not None and rate < 0:
+                raise self.parsed.fail(prim, "timeStepsPerSecond", f"must not be negative, is {rate:g}")
             if rate:
                 self.spec.option.timestep = 1.0 / rate
                 options.append(OptionSource(path, "timeStepsPerSecond", "timestep"))

@@ -24,7 +24,9 @@ _HULL_NOTES = {
     "meshSimplification": "simplified triangle mesh",
     "sdf": "signed distance field",
     "convexDecomposition": "convex decomposition",
+    "sphereFill": "filling of spheres",
 }
+_APPROXIMATIONS = (*_HULL_NOTES, "convexHull", "boundingCube", "boundingSphere")
 
 
 @dataclass
@@ -136,6 +138,10 @@ def _collision_shapes(parsed: ParsedStage, prim: Usd.Prim, desc: Any, shapes: li
                 GEOM.mjGEOM_BOX, (width, length, 0.005), shape.pose @ Pose(np.array([0, 0, -0.005]), np.eye(3))
             )
         elif shape.mesh is not None and prim.IsA(UsdGeom.Mesh):
+            authored = str(value_of(prim, "physics:approximation") or "none")
+            if authored not in _APPROXIMATIONS:
+                reason = f"'{authored}' is none of {', '.join(_APPROXIMATIONS)}: the mesh collides as its convex hull"
+                parsed.report.ignore(path, "physics:approximation", reason)
             shape = _mesh_shape(parsed, path, str(desc.approximation), shape)
         found.append(shape)
     return found

@@ -42,6 +42,8 @@ ls_iterations noslip_iterations ccd_iterations sdf_iterations sdf_initpoints o_m
 o_solimp o_friction
 """
 _OPTIONS = tuple(_OPTION_NAMES.split())
+_POSITIVE = {"timestep", "impratio"}
+_SIGNED = {"o_margin", "magnetic", "wind", "o_solref", "o_solimp", "o_friction"}
 _ENABLED_BY_FLAG = {"override", "energy", "fwdinv", "invdiscrete", "multiccd", "sleep"}
 _GAIN = {
     "fixed": mujoco.mjtGain.mjGAIN_FIXED,
@@ -95,7 +97,10 @@ def _copy(prim: Usd.Prim, element: Any, fields: dict[str, str]) -> None:
 def _range(parsed: ParsedStage, prim: Usd.Prim, key: str, element: Any, field: str, limited: str, flag: str) -> None:
     ends = [value_of(prim, f"mjc:{key}:{end}") for end in ("min", "max")]
     if any(end is not None for end in ends):
-        setattr(element, field, [float(end or 0.0) for end in ends])
+        low, high = (float(end or 0.0) for end in ends)
+        if low > high:
+            raise parsed.fail(prim, f"mjc:{key}:min", f"must not be above mjc:{key}:max, {low:g} > {high:g}")
+        setattr(element, field, [low, high])
     choice = _choice(parsed, prim, f"mjc:{limited}", _LIMITED) if limited else None
     if choice is not None and flag:
         setattr(element, flag, choice)
@@ -104,6 +109,11 @@ def _range(parsed: ParsedStage, prim: Usd.Prim, key: str, element: Any, field: s
 def read_options(parsed: ParsedStage, prim: Usd.Prim, spec: mujoco.MjSpec) -> None:
     """MjcSceneAPI: mjc:option:* and mjc:flag:*."""
     path, options = str(prim.GetPath()), parsed.report.options
+    for name in _OPTIONS:
+        value = None if name in _SIGNED else value_of(prim, f"mjc:option:{name}")
+        if value is not None and (value < 0 or (value == 0 and name in _POSITIVE)):
+            wanted = "must be above zero" if name in _POSITIVE else "must not be negative"
+            raise parsed.fail(prim, f"mjc:option:{name}", f"{wanted}, is {value:g}")
     _copy(prim, spec.option, {f"mjc:option:{name}": name for name in _OPTIONS})
     for name, choices in _ENUMS.items():
         value = _choice(parsed, prim, f"mjc:option:{name}", choices)
@@ -161,6 +171,8 @@ def _add_actuator(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, prim: 
     if found is None:
         parsed.report.ignore(prim.GetPath(), "mjc:target", "an actuator without a target")
         return
+    if len(targets_of(prim, "mjc:target")) > 1:
+        parsed.report.ignore(prim.GetPath(), "mjc:target", "an actuator drives its first target only")
     kind, target = found
     actuator = spec.add_actuator(name=names.of("actuator", str(prim.GetPath())), target=target)
     actuator.trntype = _TRANSMISSION[kind]

@@ -21,8 +21,8 @@ def add_newton_actuators(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names,
     """Add an actuator for every NewtonActuator prim, named as the prim.
 
     effort = constEffort + kp * (target - q) - kd * qd, clamped to the largest effort that the prim's clamping schemas
-    allow at rest. What MuJoCo's PD actuator lacks (an integral, a neural law, a delay, bounds that depend on speed or
-    position) is reported.
+    allow at rest. One that may give no effort becomes no actuator. What MuJoCo's PD actuator lacks (an integral, a
+    neural law, a delay, bounds that depend on speed or position) is reported.
 
     Raises:
         UsdImportError: There is no target, it is no joint with one degree of freedom, or a number is negative.
@@ -64,6 +64,8 @@ def _add(
     ):
         if value_of(prim, f"newton:{name}"):
             parsed.report.ignore(path, f"newton:{name}", reason)
+    if bound == 0.0:
+        return  # it cannot push, like a drive whose maxForce is 0
     actuator = spec.add_actuator(
         name=names.of("actuator", str(path)), target=built.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
     )

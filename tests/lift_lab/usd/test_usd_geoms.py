@@ -163,11 +163,17 @@ def _prism():
     return low + high, sides + caps
 
 
-@pytest.mark.parametrize("approximation", ["none", "meshSimplification", "sdf", "convexDecomposition"])
+@pytest.mark.parametrize("approximation", ["none", "meshSimplification", "sdf", "convexDecomposition", "sphereFill"])
 def test_a_concave_mesh_that_collides_as_its_hull_is_reported(author, notes, approximation):
     points, faces = _prism()
     _, report = _approximated(author, approximation, points, faces)
     assert "convex hull" in notes(report, "/Robot/b/c")[1][0]
+
+
+def test_an_approximation_that_does_not_exist_is_reported(author, notes):
+    model, report = _approximated(author, "convexHul")
+    assert model.ngeom == 1
+    assert "'convexHul' is none of" in notes(report, "/Robot/b/c")[0][0]
 
 
 @pytest.mark.parametrize("approximation", ["none", "convexHull", None])

@@ -87,6 +87,21 @@ def test_an_unknown_token_lists_the_known_ones(arm):
         arm.load()
 
 
+def test_an_actuator_of_two_joints_drives_the_first_and_says_so(arm, notes):
+    _prim(arm, "/Robot/motor", "MjcActuator", {"target": ["/Robot/j2", "/Robot/j1"]})
+    model, report = arm.load()
+    assert model.actuator_trnid[:, 0].tolist() == [model.joint("j2").id]
+    assert notes(report, "/Robot/motor")[0] == ["an actuator drives its first target only"]
+
+
+@pytest.mark.parametrize("key", ["ctrlRange", "forceRange"])
+def test_a_range_the_wrong_way_round_is_an_error(arm, key):
+    ends = {f"{key}__min": 5.0, f"{key}__max": -5.0}
+    _prim(arm, "/Robot/motor", "MjcActuator", {"target": ["/Robot/j1"]}, **ends)
+    with pytest.raises(UsdImportError, match=rf"</Robot/motor>\.mjc:{key}:min: must not be above .*5 > -5"):
+        arm.load()
+
+
 def test_a_fixed_tendon_is_a_weighted_sum_of_joints(arm):
     _prim(
         arm, "/Robot/t", "MjcTendon", {"path": ["/Robot/j1", "/Robot/j2"]}, type="fixed", path__coef=[2.0, -3.0],
@@ -204,6 +219,30 @@ def test_scene_options_and_flags_are_mjcfs(arm):
     assert option.solver == mujoco.mjtSolver.mjSOL_CG
     assert option.disableflags == mujoco.mjtDisableBit.mjDSBL_CONTACT
     assert option.enableflags & mujoco.mjtEnableBit.mjENBL_ENERGY
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "told"),
+    [
+        ("mjc:option:timestep", -0.002, "must be above zero, is -0.002"),
+        ("mjc:option:timestep", 0.0, "must be above zero"),
+        ("mjc:option:impratio", 0.0, "must be above zero"),
+        ("mjc:option:iterations", -1, "must not be negative, is -1"),
+        ("mjc:option:tolerance", -1e-8, "must not be negative"),
+        ("newton:timeStepsPerSecond", -100, "must not be negative, is -100"),
+    ],
+)
+def test_an_option_out_of_range_is_an_error(arm, attribute, value, told):
+    arm.attrs(UsdPhysics.Scene.Define(arm.stage, "/scene").GetPrim(), {attribute: value}, "MjcSceneAPI")
+    with pytest.raises(UsdImportError, match=rf"</scene>\..*{told}"):
+        arm.load()
+
+
+def test_options_may_be_zero_or_negative_where_that_means_something(arm):
+    values = {"mjc:option:o_margin": -0.01, "mjc:option:tolerance": 0.0, "mjc:option:wind": [-1.0, 0.0, 0.0]}
+    arm.attrs(UsdPhysics.Scene.Define(arm.stage, "/scene").GetPrim(), values, "MjcSceneAPI")
+    option = arm.load()[0].opt
+    assert (option.o_margin, option.tolerance, option.wind[0]) == pytest.approx((-0.01, 0.0, -1.0))
 
 
 @pytest.mark.parametrize("attribute", ["mjc:flag:gravity", "newton:gravityEnabled"])

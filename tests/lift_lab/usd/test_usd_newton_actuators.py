@@ -54,6 +54,12 @@ def test_a_pd_law_is_per_radian_or_metre_whatever_the_stages_metre(joint, kind, 
     assert _effort(model, 0.2, 0.4, 0.7) == pytest.approx(expected, rel=1e-5)
 
 
+def test_an_actuator_that_may_give_no_effort_is_none(joint):
+    a = joint()
+    _actuator(a, "NewtonPDControlAPI", "NewtonMaxEffortClampingAPI", kp=300.0, maxEffort=0.0)
+    assert a.load()[0].nu == 0  # MuJoCo cannot compile an empty force range
+
+
 def test_max_effort_clamps_the_actuator(joint):
     a = joint()
     _actuator(a, "NewtonPDControlAPI", "NewtonMaxEffortClampingAPI", kp=300.0, maxEffort=12.0)
