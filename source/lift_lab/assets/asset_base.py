@@ -136,8 +136,20 @@ class AssetBase(Entity):
         return name[len(self.name) + 1 :]
 
     def _check_masses(self, masses: torch.Tensor) -> None:
-        if bool((masses <= 0).any()):
-            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses.min())}")
+        wrong = ~((masses > 0) & masses.isfinite())
+        if bool(wrong.any()):
+            raise ConfigError(f"'{self.name}': masses must be positive, got {float(masses[wrong][0])}")
+
+    def _check_range(self, values: torch.Tensor, name: str, least: float, finite: bool = True) -> None:
+        """Raise ConfigError if a number is below ``least`` or, if ``finite``, infinite; not on a GPU: it would wait."""
+        if not values.is_cpu:
+            return
+        wrong = ~(values >= least)
+        if finite:
+            wrong |= ~values.isfinite()
+        if bool(wrong.any()):
+            bounds = "finite" if least == -torch.inf else f"{'finite and ' if finite else ''}at least {least:g}"
+            raise ConfigError(f"'{self.name}'.{name}: must be {bounds}, got {float(values[wrong][0]):g}")
 
     def _rows(self, env_ids: EnvIds) -> torch.Tensor:
         """Environment ids as a LongTensor on the device, also of all."""

@@ -274,9 +274,9 @@ class MovableAsset(AssetBase):
 
     def set_external_force_and_torque(
         self,
-        forces: torch.Tensor,
-        torques: torch.Tensor,
-        positions: torch.Tensor | None = None,
+        forces: Values,
+        torques: Values,
+        positions: Values | None = None,
         body_ids: Sequence[int] | slice | None = None,
         env_ids: EnvIds = None,
         is_global: bool = False,
@@ -295,7 +295,9 @@ class MovableAsset(AssetBase):
         Raises:
             ConfigError: a shape does not fit.
         """
-        if not forces.numel() and not torques.numel():
+        shape, method = (self.num_bodies, 3), "set_external_force_and_torque"
+        force_b, torque_b = (self._numbers(vector, method, shape) for vector in (forces, torques))
+        if not force_b.numel() and not torque_b.numel():
             self._force_b.zero_()
             self._wrench_set = True  # so that the next write sends the zeros
             return
@@ -303,21 +305,21 @@ class MovableAsset(AssetBase):
         rows = slice(None) if ids is None else ids
         chosen = slice(None) if body_ids is None else body_ids
         if not isinstance(chosen, slice):
-            chosen = ids_tensor(chosen, self._force_b.device)
+            chosen = ids_tensor(chosen, self._force_b.device, self.num_bodies).reshape(-1)
         count = len(range(*chosen.indices(self.num_bodies))) if isinstance(chosen, slice) else len(chosen)
-        shape, method = (count, 3), "set_external_force_and_torque"
-        forces, torques = (self._fit(vector, ids, shape, method) for vector in (forces, torques))
+        shape = (count, 3)
+        force_b, torque_b = (self._fit(vector, ids, shape, method) for vector in (force_b, torque_b))
         if positions is not None:
             positions = self._fit(positions, ids, shape, method)
         if is_global:
             quat = self._data.body_link_quat_w[rows][:, chosen]
-            forces, torques = (math_utils.quat_apply_inverse(quat, vector) for vector in (forces, torques))
+            force_b, torque_b = (math_utils.quat_apply_inverse(quat, vector) for vector in (force_b, torque_b))
             if positions is not None:
                 positions = math_utils.quat_apply_inverse(quat, positions - self._data.body_link_pos_w[rows][:, chosen])
         if positions is not None:
             arm = positions - self._data.body_com_pos_b[rows][:, chosen]
-            torques = torques + torch.linalg.cross(arm, forces)
-        wrench = torch.cat((forces, torques), dim=-1)
+            torque_b = torque_b + torch.linalg.cross(arm, force_b)
+        wrench = torch.cat((force_b, torque_b), dim=-1)
         if ids is None or isinstance(chosen, slice):
             self._force_b[rows, chosen] = wrench
         else:
@@ -392,6 +394,7 @@ class MovableAsset(AssetBase):
         rows = self._rows(env_ids)
         chosen = as_list(body_ids, self.num_bodies)
         coms_b = self._fit(coms_b, rows, (len(chosen), 3), "write_body_com_to_sim")
+        self._check_range(coms_b, "write_body_com_to_sim", -torch.inf)
         for b in chosen:
             if self._physics.model.body_simple[self._ids[b]]:
                 raise ConfigError(
@@ -407,32 +410,45 @@ class MovableAsset(AssetBase):
         self._data.invalidate()
 
     def write_collider_margin_to_sim(
-        self, margin: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
+        self, margin: Values, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
     ) -> None:
         """Set the contact margin of all colliders of some bodies: how far from its surface a collider is felt.
 
         Args:
-            margin: in m, shape (n,) or (n, 1).
+            margin: in m, shape (n,) or (n, 1), or one number.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
         """
-        self._write_geoms("geom_margin", margin, body_ids, env_ids)
+        self._write_geoms("geom_margin", margin, "write_collider_margin_to_sim", body_ids, env_ids)
 
     def write_friction_to_sim(
-        self, friction: torch.Tensor, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
+        self, friction: Values, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
     ) -> None:
         """Set the sliding friction of all colliders of some bodies.
 
         Args:
-            friction: coefficient, shape (n,) or (n, 1).
+            friction: coefficient, at least 0, shape (n,) or (n, 1), or one number.
             body_ids: bodies, or None for all.
             env_ids: environments, or None for all.
         """
-        self._write_geoms("geom_friction", friction, body_ids, env_ids)
+        self._write_geoms("geom_friction", friction, "write_friction_to_sim", body_ids, env_ids, least=0.0)
 
-    def _write_geoms(self, name: str, values: torch.Tensor, body_ids: Sequence[int] | None, env_ids: EnvIds) -> None:
+    def _write_geoms(
+        self,
+        name: str,
+        values: Values,
+        method: str,
+        body_ids: Sequence[int] | None,
+        env_ids: EnvIds,
+        least: float = -torch.inf,
+    ) -> None:
         """Write a number for each environment into a field of the bodies' colliders (the first of several columns)."""
         rows = self._rows(env_ids)
+        values = self._numbers(values, method, (len(rows), 1))
+        if values.numel() not in (1, len(rows)):
+            shape = tuple(values.shape)
+            raise ConfigError(f"'{self.name}'.{method}: values of shape {shape} do not fit {(len(rows), 1)}")
+        self._check_range(values, method, least)
         model = self._physics.model
         wanted = {self._ids[b] for b in as_list(body_ids, self.num_bodies)}
         geoms = [g for g in self._geom_ids if model.geom_bodyid[g] in wanted]

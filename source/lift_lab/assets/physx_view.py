@@ -101,8 +101,10 @@ class RigidBodyView(SuggestsAttributes):
         axes = asset._data._principal_axes_b
         turned = axes.mT @ rows @ axes
         principal = turned.diagonal(dim1=-2, dim2=-1)
-        if (principal < 0).any():
-            raise ConfigError(f"{self._owner()}: set_inertias: an inertia is negative ({float(principal.min()):g})")
+        wrong = ~((principal >= 0) & principal.isfinite())
+        if wrong.any():
+            value = float(principal[wrong][0])
+            raise ConfigError(f"{self._owner()}: set_inertias: an inertia is negative or not finite ({value:g})")
         rest = (turned - torch.diag_embed(principal)).abs().amax(dim=(-2, -1))
         if (rest > _AXES_TOLERANCE * principal.amax(dim=-1)).any():
             raise ConfigError(
@@ -155,7 +157,7 @@ class RigidBodyView(SuggestsAttributes):
         return f"'{self._asset.name}'.root_physx_view"
 
     def _env_ids(self, indices: Indices) -> torch.Tensor:
-        return ids_tensor(indices, self._asset._physics.device)
+        return ids_tensor(indices, self._asset._physics.device, self.count).reshape(-1)
 
     def _rows(self, values: torch.Tensor, shape: tuple[int, ...], indices: Indices) -> torch.Tensor:
         """Rows of ``indices`` of values of all environments, on the device.
@@ -163,8 +165,9 @@ class RigidBodyView(SuggestsAttributes):
         As PhysX asks, the numbers have to fit and not the dimensions, but the first counts the environments or all.
         """
         wanted = (self.count, *shape)
+        values = self._asset._numbers(values, "root_physx_view", wanted)
         if values.numel() != torch.Size(wanted).numel() or (values.ndim > 1 and len(values) != self.count):
             raise ConfigError(
                 f"{self._owner()}: expected values of all environments, {wanted}, got {tuple(values.shape)}"
             )
-        return values.reshape(wanted).to(self._asset._physics.device)[self._env_ids(indices)]
+        return values.reshape(wanted)[self._env_ids(indices)]

@@ -138,6 +138,7 @@ def free(request):
             size=(0.2, 0.1, 0.1),
             rigid_props=sim_utils.RigidBodyPropertiesCfg(),
             mass_props=sim_utils.MassPropertiesCfg(mass=0.6),
+            collision_props=sim_utils.CollisionPropertiesCfg(),
         ),
     )
     sim = sim_utils.SimulationContext(sim_utils.SimulationCfg(device="cpu", physics=request.param, dt=0.002))
@@ -279,3 +280,45 @@ def test_targets_and_gains_take_what_joint_states_take(free):
             torch.testing.assert_close(getattr(robot.data, f"joint_{name}"), torch.full((3, robot.num_joints), 0.1))
     with pytest.raises(ConfigError, match=r"'robot'.joint_pos_target: expected numbers .* got None"):
         robot.set_joint_position_target(None)
+
+
+@pytest.mark.parametrize(
+    ("method", "wrong"),
+    [
+        *((f"write_joint_{name}_to_sim", -1.0) for name in ("stiffness", "damping", "armature", "effort_limit")),
+        *((f"write_joint_{name}_to_sim", float("nan")) for name in ("stiffness", "damping", "armature")),
+        ("write_joint_friction_coefficient_to_sim", -1.0),
+        ("write_joint_viscous_friction_coefficient_to_sim", float("inf")),
+        ("write_joint_velocity_limit_to_sim", -1.0),
+        ("write_joint_position_limit_to_sim", [1.0, -1.0]),
+        ("write_body_mass_to_sim", float("nan")),
+        ("write_friction_to_sim", -1.0),
+        ("write_friction_to_sim", [0.5, 0.5]),
+        ("write_collider_margin_to_sim", float("nan")),
+    ],
+)
+def test_properties_that_nothing_can_have_are_refused(free, method, wrong):
+    robot = free["robot"]
+    names = ("stiffness", "damping", "armature", "friction_coeff", "vel_limits", "pos_limits", "effort_limits")
+    before = [getattr(robot.data, f"joint_{name}").clone() for name in names]
+    ids = {"joint_ids": [0, 1]} if "joint" in method else {}
+    with pytest.raises(ConfigError, match="'robot'"):
+        getattr(robot, method)(wrong, **ids)
+    for name, value in zip(names, before, strict=True):
+        torch.testing.assert_close(getattr(robot.data, f"joint_{name}"), value)
+    assert robot.get_masses().isfinite().all()
+
+
+def test_wrenches_and_properties_of_colliders_take_lists_and_numbers(free):
+    box = free["box"]
+    box.set_external_force_and_torque([[0.0, 0.0, 1.0]], [[0.0, 0.0, 0.0]])
+    torch.testing.assert_close(box._force_b[:, 0], torch.tensor([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]).repeat(NUM_ENVS, 1))
+    box.set_external_force_and_torque(torch.empty(0, 3), torch.empty(0, 3))
+    box.write_friction_to_sim(0.25)
+    box.write_friction_to_sim([0.5], env_ids=[2])
+    friction = box.root_physx_view.get_material_properties()
+    assert friction[:, 0, 0].tolist() == [0.25, 0.25, 0.5]
+    with pytest.raises(ConfigError, match="id 3 is out of range"):
+        box.root_physx_view.set_masses(box.root_physx_view.get_masses(), [3])
+    with pytest.raises(ConfigError, match="negative or not finite"):
+        box.root_physx_view.set_inertias(box.root_physx_view.get_inertias() * float("nan"), [0])

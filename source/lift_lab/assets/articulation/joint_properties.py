@@ -53,15 +53,15 @@ class JointProperties(MovableAsset):
         self, stiffness: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set position gains, shape (n, num joints chosen)."""
+        self._set("joint_stiffness", stiffness, joint_ids, env_ids, least=0.0)
         self._has_feedforward = True  # one may be zero now
-        self._set("joint_stiffness", stiffness, joint_ids, env_ids)
         self._write_gains(joint_ids, "stiffness")
 
     def write_joint_damping_to_sim(
         self, damping: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set velocity gains, shape (n, num joints chosen)."""
-        self._set("joint_damping", damping, joint_ids, env_ids)
+        self._set("joint_damping", damping, joint_ids, env_ids, least=0.0)
         self._write_gains(joint_ids, "damping")
 
     def _write_gains(self, joint_ids: JointIds, name: str) -> None:
@@ -95,7 +95,7 @@ class JointProperties(MovableAsset):
         self, armature: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
     ) -> None:
         """Set reflected rotor inertias (kg m^2 or kg), shape (n, num joints chosen)."""
-        self._set("joint_armature", armature, joint_ids, env_ids)
+        self._set("joint_armature", armature, joint_ids, env_ids, least=0.0)
         self._write_dofs("dof_armature", self.data.joint_armature)
         self._physics.recompute_constants()
 
@@ -116,7 +116,7 @@ class JointProperties(MovableAsset):
             joint_ids: joints, or None for all.
             env_ids: environments, or None for all.
         """
-        self._set("joint_friction_coeff", joint_friction_coeff, joint_ids, env_ids)
+        self._set("joint_friction_coeff", joint_friction_coeff, joint_ids, env_ids, least=0.0)
         self._write_dofs("dof_frictionloss", self.data.joint_friction_coeff)
         if joint_dynamic_friction_coeff is not None:
             self.write_joint_dynamic_friction_coefficient_to_sim(joint_dynamic_friction_coeff, joint_ids, env_ids)
@@ -139,7 +139,7 @@ class JointProperties(MovableAsset):
         env_ids: EnvIds = None,
     ) -> None:
         """Set efforts per joint velocity, shape (n, num joints chosen)."""
-        self._set("joint_viscous_friction_coeff", joint_viscous_friction_coeff, joint_ids, env_ids)
+        self._set("joint_viscous_friction_coeff", joint_viscous_friction_coeff, joint_ids, env_ids, least=0.0)
         self._write_dofs("dof_damping", self.data.joint_viscous_friction_coeff)
 
     def _write_dofs(self, name: str, values: torch.Tensor) -> None:
@@ -159,7 +159,7 @@ class JointProperties(MovableAsset):
         Soft limits follow, and defaults are clamped into them.
 
         Raises:
-            ConfigError: a joint that has no limit in the model.
+            ConfigError: a joint that has no limit in the model, or a lower limit above its upper one.
         """
         model = self._physics.model
         unlimited = [n for n, j in zip(self._joint_names, self._joint_ids, strict=True) if not model.jnt_limited[j]]
@@ -167,7 +167,11 @@ class JointProperties(MovableAsset):
             name = self._joint_names[i]
             if name in unlimited:
                 raise ConfigError(f"'{self.name}': joint '{name}' has no limit in its USD file, so none can be set")
-        self._set("joint_pos_limits", limits, joint_ids, env_ids)
+        numbers = self._numbers(limits, "joint_pos_limits", tuple(self.data.joint_pos_limits.shape))
+        pairs = numbers.ndim > 0 and numbers.shape[-1] == 2
+        if pairs and numbers.is_cpu and not bool((numbers[..., 0] <= numbers[..., 1]).all()):
+            raise ConfigError(f"'{self.name}'.joint_pos_limits: a lower limit is above its upper limit, or no number")
+        self._set("joint_pos_limits", numbers, joint_ids, env_ids)
         field = self._physics.randomizable("jnt_range")
         field[:, self._joint_ids] = self.data.joint_pos_limits.to(field.dtype)
         self.data.soft_joint_pos_limits = self._soft(self.data.joint_pos_limits)
@@ -182,7 +186,7 @@ class JointProperties(MovableAsset):
         MuJoCo does not clamp velocities. Rewards and resets read ``data.soft_joint_vel_limits``, which stay as they are
         (as in Isaac Lab).
         """
-        self._set("joint_vel_limits", limits, joint_ids, env_ids)
+        self._set("joint_vel_limits", limits, joint_ids, env_ids, least=0.0, finite=False)
 
     def write_joint_effort_limit_to_sim(
         self, limits: torch.Tensor | float, joint_ids: JointIds = None, env_ids: EnvIds = None
@@ -193,7 +197,7 @@ class JointProperties(MovableAsset):
             ConfigError: a joint whose actuator had no limit at start.
         """
         before = self.data.joint_effort_limits.clone()
-        self._set("joint_effort_limits", limits, joint_ids, env_ids)
+        self._set("joint_effort_limits", limits, joint_ids, env_ids, least=0.0, finite=False)
         data, model = self.data, self._physics.model
         field = self._physics.randomizable("actuator_forcerange")
         for i in as_list(joint_ids, self.num_joints):
@@ -228,7 +232,19 @@ class JointProperties(MovableAsset):
 
     # -- buffers
 
-    def _set(self, name: str, value: torch.Tensor | float, joint_ids: JointIds, env_ids: EnvIds) -> None:
+    def _set(
+        self,
+        name: str,
+        value: torch.Tensor | float,
+        joint_ids: JointIds,
+        env_ids: EnvIds,
+        least: float | None = None,
+        finite: bool = True,
+    ) -> None:
+        """Write into a buffer of ``data``.
+
+        Where ``least`` is given, no number may be below it or, if ``finite``, infinite; on a GPU this is not looked at.
+        """
         buffer: torch.Tensor = getattr(self.data, name)
         ids = self._env_ids(env_ids)
         cols = slice(None) if joint_ids is None else joint_ids
@@ -238,6 +254,8 @@ class JointProperties(MovableAsset):
         if ids is not None and not isinstance(cols, slice):
             index = (ids[:, None], cols)
         numbers = self._numbers(value, name, tuple(buffer.shape))
+        if least is not None:
+            self._check_range(numbers, name, least, finite)
         try:
             buffer[index] = numbers
         except RuntimeError as error:
