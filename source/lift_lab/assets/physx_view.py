@@ -104,7 +104,8 @@ class RigidBodyView(SuggestsAttributes):
         wrong = ~((principal >= 0) & principal.isfinite())
         if wrong.any():
             value = float(principal[wrong][0])
-            raise ConfigError(f"{self._owner()}: set_inertias: an inertia is negative or not finite ({value:g})")
+            kind = "negative" if value < 0 else "not finite"
+            raise ConfigError(f"{self._owner()}: set_inertias: an inertia is {kind} ({value:g})")
         rest = (turned - torch.diag_embed(principal)).abs().amax(dim=(-2, -1))
         if (rest > _AXES_TOLERANCE * principal.amax(dim=-1)).any():
             raise ConfigError(
