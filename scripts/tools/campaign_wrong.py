@@ -57,7 +57,7 @@ def _generated(rng: random.Random, count: int) -> Iterator[WrongInput]:
         elif kind == 2:
             flag = rng.choice(("--num_envs", "--seed", "--max_iterations"))
             wrong = rng.choice(("abc", "1.5", "", "1e3", "nan", "-7"))
-            yield WrongInput(_TRAIN, (*_BASE, flag, wrong), (flag,))
+            yield WrongInput(_TRAIN, (*_BASE, flag, wrong), (flag[2:],))
         elif kind == 3:
             flag = rng.choice(("--num_envs", "--seed", "--run_name", "--experiment_name", "--resume"))
             yield WrongInput(_TRAIN, (*_BASE, f"--{_misspelt(flag[2:], rng)}=1"), ())

@@ -47,7 +47,8 @@ class StopSignals:
         def stop(number: int, _: FrameType | None) -> None:
             first = self._own
             if first is not None and endings.HANGUP in (first, number):
-                self._own = first if number == endings.HANGUP else number
+                if number != endings.HANGUP:
+                    self._own, self._own_at = number, time.monotonic()
                 return
             if first is not None:
                 # torchrun passes a signal on that the terminal has sent to every process already
