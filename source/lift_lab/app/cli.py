@@ -18,6 +18,9 @@ from . import children, endings, output
 _DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 """What a full or failing disk answers."""
 
+_GYMNASIUM = " was raised from the environment creator for "
+"""What gymnasium.make adds to a TypeError, with the whole configuration after it (gymnasium 1.2 to 1.4)."""
+
 USAGE_ERROR = 2
 """Exit status after a user's mistake."""
 
@@ -88,6 +91,7 @@ def run(main: Callable[[], int | None]) -> None:
         main: returns the exit status, None for 0.
     """
     children.follow_parent()
+    is_ignored = endings.is_ignored(endings.HANGUP)
     with output.guarded() as (out, _):
         try:
             with endings.handled():
@@ -96,8 +100,10 @@ def run(main: Callable[[], int | None]) -> None:
             endings.ignore()
             status = endings.exit_status(endings.number_of(again))
         out.flush()
-        if out.problem is not None and not endings.is_ignored(endings.HANGUP):
+        if out.problem is not None and not is_ignored:
             status = status or endings.exit_status(endings.HANGUP)
+            if not out.reader_ended:
+                print(f"ended: {out.problem}", file=sys.stderr)
     raise SystemExit(status)
 
 
@@ -123,5 +129,6 @@ def _status(main: Callable[[], int | None], out: output.Output) -> int:
                 error = LiftLabError(f"a file could not be written: {error.strerror}")
         if not isinstance(error, LiftLabError):
             raise
-        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        text = str(error).partition(_GYMNASIUM)[0]
+        print(f"error: {' '.join(text.split())}", file=sys.stderr)
         return USAGE_ERROR

@@ -30,6 +30,8 @@ class Output:
         self._name = name
         self.problem: str | None = None
         """Why text is not written any more; None while it is."""
+        self.reader_ended = False
+        """Whether the reader of a pipe ended, as ``head`` does on purpose."""
         self.is_in_use = True
         """Whether the script still runs; a logger may keep a stream for longer."""
 
@@ -68,6 +70,7 @@ class Output:
             return
         if self.problem is None:
             self.problem = f"{self._name} is lost ({getattr(error, 'strerror', None) or error})"
+            self.reader_ended = isinstance(error, BrokenPipeError)
             self._lead_nowhere()
             if self.is_in_use:
                 endings.hang_up()

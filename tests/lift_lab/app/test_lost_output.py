@@ -66,6 +66,7 @@ def test_a_full_disk_below_standard_output_ends_the_script_as_sighup_does(start,
         status, errors, note = ended(start(full), tmp_path)
     assert (status, note) == (129, "interrupted by SIGHUP")
     assert "Traceback" not in errors
+    assert errors.splitlines()[-1] == "ended: standard output is lost (No space left on device)"
 
 
 def test_a_reader_that_goes_away_ends_it(start, tmp_path):
@@ -77,6 +78,7 @@ def test_a_reader_that_goes_away_ends_it(start, tmp_path):
     assert (status, note) == (129, "interrupted by SIGHUP")
     assert "Traceback" not in errors
     assert "BrokenPipe" not in errors
+    assert "ended:" not in errors  # head ends on purpose
 
 
 @pytest.mark.parametrize("controlling", [True, False], ids=["SIGHUP of the terminal", "no signal"])
