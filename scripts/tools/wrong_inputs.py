@@ -111,7 +111,7 @@ _NUMBERS = {
     "agent.algorithm.mean_reg_coef": "nan -1",
     "agent.algorithm.advantage_clip": "nan 0",
     "agent.policy.init_noise_std": "nan inf 0 -1",
-    "agent.policy.actor_hidden_dims": "[] [0] [32,-1]",
+    "agent.policy.actor_hidden_dims": "[] [0] [32,-1] [null]",
     "agent.policy.critic_hidden_dims": "[] [-8]",
     "agent.policy.noise_std_range": "[-1,2] [nan,1]",
     "agent.num_steps_per_env": "0 -1",
@@ -122,10 +122,10 @@ _NUMBERS = {
     "agent.average_share": "nan 1 -0.1",
     "agent.seed": "-2 4294967296",
     "agent.num_threads": "0 -1",
-    "env.decimation": "0 -2",
+    "env.decimation": "0 -2 1e20",
     "env.episode_length_s": "nan inf 0 -5",
-    "env.sim.dt": "nan inf 0 -0.01",
-    "env.sim.gravity": "[0,0,nan] [0,inf,0]",
+    "env.sim.dt": "nan inf 0 -0.01 1e-300",
+    "env.sim.gravity": "[0,0,nan] [0,inf,0] [0,0,null]",
     "env.sim.render_interval": "0",
     "env.sim.mujoco.iterations": "0 -1",
     "env.sim.mujoco.ls_iterations": "-1",
@@ -135,10 +135,10 @@ _NUMBERS = {
     "env.scene.env_spacing": "nan -1 inf",
     "env.rewards.alive.weight": "nan inf -inf",
     "env.rewards.pole_pos.params.target": "nan",
-    "env.events.reset_cart_position.params.position_range": "[nan,1] [1,-1] [1] [-inf,inf]",
+    "env.events.reset_cart_position.params.position_range": "[nan,1] [1,-1] [1] [-inf,inf] null",
     "env.events.reset_cart_position.params.velocity_range": "[0,inf] [2,1]",
     "env.terminations.cart_out_of_bounds.params.bounds": "[nan,1] [1,-1] [1,2,3]",
-    "env.observations.policy.joint_pos_rel.clip": "[1.0] [2.0,1.0] [nan,1.0]",
+    "env.observations.policy.joint_pos_rel.clip": "[1.0] [2.0,1.0] [nan,1.0] 5",
     "env.observations.policy.joint_pos_rel.scale": "nan inf big [1.0,nan]",
     "env.actions.joint_effort.clip": "{slider_to_cart:[1,-1]} {slider_to_cart:[1]}",
     "env.scene.robot.init_state.rot": "[0,0,0,nan] [0,0,0]",
@@ -258,6 +258,17 @@ def _all() -> list[WrongInput]:
         add(_TRAIN, ("--task", "Cartpole", "--device", "cpu", "--num_envs", number), "memory")
     for script, more in (("benchmark.py", ()), ("sb3/train.py", ()), ("skrl/train.py", ()), (_EVALUATE, _PRETRAINED)):
         add(script, ("--task", "Lift-Cube-Franka", "--device", "cpu", "--num_envs", "2000000000", *more), "memory")
+
+    # A kind of value that cannot be meant.
+    add(_TRAIN, (*_CARTPOLE, "env.scene.robot.spawn.rigid_props=5"), "rigid_props", "RigidBodyPropertiesCfg")
+    add(_TRAIN, (*_CARTPOLE, "env.scene.robot.class_type=null"), "class_type")
+    add(_TRAIN, (*_CARTPOLE, "env.scene.robot.actuators.cart_actuator=null"), "actuators.cart_actuator")
+    add(_TRAIN, (*_CARTPOLE, "env.actions.joint_effort.clip=[0,1]"), "env.actions.joint_effort.clip")
+    add(_TRAIN, (*_CARTPOLE, "env.observations.policy.joint_pos_rel.noise=5"), "joint_pos_rel.noise", "NoiseCfg")
+    add(_TRAIN, (*_CARTPOLE, "env.observations.policy.joint_pos_rel.modifiers=[1]"), "modifier must be")
+    add(_TRAIN, (*_CARTPOLE, "env.commands=5"), "env.commands")
+    add(_TRAIN, (*_CARTPOLE, "agent.algorithm.rnd_cfg=5"), "rnd_cfg", "RslRlRndCfg")
+    add(_TRAIN, (*_CARTPOLE, "env.events.reset_cart_position.mode=prestartup"), "prestartup", "'startup'")
 
     # Flags that need another, and words that are none.
     for flag in (("--video_length", "9"), ("--video_interval", "9"), ("--video_envs", "2"), ("--video_camera", "eye")):

@@ -9,7 +9,7 @@ from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
 from lift_lab.utils import configclass
-from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, SEED, Ranges
+from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
 
 from . import mdp
 from .common import ViewerCfg
@@ -63,4 +63,4 @@ class ManagerBasedEnvCfg:
     log_dir: str | None = None
     """Folder of the run's logs, for terms that write files; the training script sets it."""
 
-    _ranges: ClassVar[Ranges] = {"seed": SEED, "decimation": COUNT, "num_rerenders_on_reset": COUNT_OR_ZERO}
+    _ranges: ClassVar[Ranges] = {"seed": SEED, "decimation": INT32_COUNT, "num_rerenders_on_reset": COUNT_OR_ZERO}

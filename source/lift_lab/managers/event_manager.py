@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
+from lift_lab.assets import AssetBase
+from lift_lab.sensors import SensorBase
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.rows import fill_rows
 
@@ -168,8 +170,16 @@ class EventManager(ManagerBase):
                 raise ValueError("mode 'reset' needs global_env_step_count, the environment steps so far")
             self._apply_reset(env_ids, global_env_step_count)
         else:
-            for cfg in self._mode_term_cfgs[mode]:
-                self._call(cfg, env_ids)
+            for name, cfg in zip(self._mode_term_names[mode], self._mode_term_cfgs[mode], strict=True):
+                try:
+                    self._call(cfg, env_ids)
+                except AttributeError as error:
+                    if mode != "prestartup" or not isinstance(error.obj, (AssetBase, SensorBase)):
+                        raise
+                    raise ConfigError(
+                        f"{self._owner(name)}: its function needs the simulation, which mode 'prestartup' comes "
+                        f"before; use mode 'startup'"
+                    ) from error
 
     def _call(self, cfg: EventTermCfg, env_ids: Any) -> None:
         cfg.func(self._env, env_ids, **cfg.params)  # type: ignore[operator]

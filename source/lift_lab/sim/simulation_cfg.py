@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import configclass
-from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, NOT_NEGATIVE, POSITIVE, Ranges
+from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, INT32_COUNT, NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 from .spawners.materials import RigidBodyMaterialCfg
 
@@ -107,7 +107,7 @@ class MujocoCfg:
 
     _ranges: ClassVar[Ranges] = {
         "impratio": POSITIVE,
-        "iterations ls_iterations nconmax njmax": COUNT,
+        "iterations ls_iterations nconmax njmax": INT32_COUNT,
         "tolerance": NOT_NEGATIVE,
     }
 
@@ -148,4 +148,4 @@ class SimulationCfg:
     save_logs_to_file: bool = True
     log_dir: str | None = None
 
-    _ranges: ClassVar[Ranges] = {"num_threads render_interval": COUNT, "dt": POSITIVE, "gravity": FINITE}
+    _ranges: ClassVar[Ranges] = {"num_threads render_interval": COUNT, "dt": Range(1e-9), "gravity": FINITE}

@@ -26,6 +26,7 @@ import numpy as np
 import torch
 
 from .config_update import field_hints
+from .field_kinds import kind_problem
 
 _NUMBERS = (int, float, np.integer, np.floating)
 
@@ -69,10 +70,15 @@ class Range:
             entries = value.items() if isinstance(value, dict) else enumerate(value)
             for key, entry in entries:
                 inner = f"{path}.{key}" if isinstance(value, dict) else f"{path}[{key}]"
-                found = self.problem(inner, entry)
+                if entry is None:
+                    return f"{inner} is null; it must be {self}"
+                taken = dataclasses.replace(self, ascending=False) if _is_number(entry) else self
+                found = taken.problem(inner, entry)
                 if found is not None:
                     return found
-        numbers = isinstance(value, (list, tuple)) and all(isinstance(entry, _NUMBERS) for entry in value)
+        numbers = isinstance(value, (list, tuple)) and all(_is_number(entry) for entry in value)
+        if self.ascending and _is_number(value):
+            return f"{path} is {_text(value)}; it needs two numbers, (low, high)"
         if self.ascending and numbers:
             if len(value) != 2:
                 return f"{path} has {len(value)} numbers; it needs two, (low, high)"
@@ -87,7 +93,7 @@ class Range:
                 return f"{name} is {_text(number)}; it must be {self}"
         return None
 
-    def _takes(self, number: float) -> bool:
+    def _takes(self, number: Any) -> bool:
         if number in self.also:
             return True
         if math.isnan(number) or (math.isinf(number) and not self.infinite):
@@ -110,7 +116,11 @@ class Range:
         return ", or ".join([text, *(_text(number) for number in self.also)])
 
 
-def _text(number: float) -> str:
+def _is_number(value: Any) -> bool:
+    return isinstance(value, _NUMBERS)
+
+
+def _text(number: Any) -> str:
     """A number in full if it is whole (1e+06 and more would lose digits), else as short as it is exact enough."""
     whole = math.isfinite(number) and number == int(number) and abs(number) < 1e15
     return str(int(number)) if whole else f"{number:g}"
@@ -133,6 +143,8 @@ FRACTION = Range(0.0, 1.0)
 """From 0 to 1."""
 COUNT = Range(1, whole=True)
 """Whole, at least 1."""
+INT32_COUNT = Range(1, 2**31 - 1, whole=True)
+"""Whole, at least 1, and small enough for the engines' integers of 32 bits."""
 COUNT_OR_ZERO = Range(0, whole=True)
 """Whole, at least 0."""
 WHOLE = Range(whole=True)
@@ -168,6 +180,23 @@ def param_ranges(func: Any) -> dict[str, Range]:
     Args:
         func: a function, or a class with ``__call__``, whose arguments are annotated as ``Annotated[float, POSITIVE]``.
     """
+    found = {}
+    for name, annotation in _annotated(func).items():
+        for note in annotation.__metadata__:
+            if isinstance(note, Range):
+                found[name] = note
+    return found
+
+
+@functools.cache
+def nullable_params(func: Any) -> frozenset[str]:
+    """Arguments with a declared range that may be None."""
+    annotations = _annotated(func).items()
+    return frozenset(name for name, hint in annotations if type(None) in typing.get_args(hint.__origin__))
+
+
+def _annotated(func: Any) -> dict[str, Any]:
+    """Annotations of a term's arguments that are ``Annotated``; those that cannot be evaluated are left out."""
     call = func.__call__ if isinstance(func, type) else func
     found = {}
     for name, annotation in getattr(call, "__annotations__", {}).items():
@@ -176,9 +205,8 @@ def param_ranges(func: Any) -> dict[str, Range]:
                 annotation = eval(annotation, getattr(call, "__globals__", {}))
             except (NameError, AttributeError, TypeError, SyntaxError):
                 continue
-        for note in getattr(annotation, "__metadata__", ()):
-            if isinstance(note, Range):
-                found[name] = note
+        if hasattr(annotation, "__metadata__"):
+            found[name] = annotation
     return found
 
 
@@ -212,7 +240,7 @@ def numbers_in(path: str, value: Any) -> Iterator[tuple[str, Any]]:
     """Numbers of a value with their paths, also in lists, tuples, dictionaries, tensors and arrays."""
     if isinstance(value, bool):
         return
-    if isinstance(value, _NUMBERS):
+    if _is_number(value):
         yield path, value
     elif isinstance(value, (list, tuple)):
         for index, entry in enumerate(value):
@@ -239,10 +267,15 @@ def first_problem(cfg: Any, path: str = "") -> str | None:
             if name == "params" and isinstance(value, dict):
                 for key in params.keys() & value.keys():
                     problem = params[key].problem(f"{inner}.{key}", value[key])
+                    if value[key] is None and key not in nullable_params(cfg.func):
+                        problem = f"{inner}.{key} is null; it must be {params[key]}"
                     if problem is not None:
                         return problem
             if value is None and not may_be_none(cls, name):
                 return f"{inner} is null; " + (f"it must be {ranges[name]}" if name in ranges else "it is needed")
+            problem = kind_problem(cls, name, inner, value)
+            if problem is not None:
+                return problem
             known = ranges.get(name)
             problem = first_problem(value, inner) if known is None else known.problem(inner, value)
             if problem is not None:

@@ -1,0 +1,89 @@
+"""A value that cannot be meant for a field is named: a number for a configuration, null for a class."""
+
+from typing import Any
+
+import pytest
+
+from lift_lab.assets import Articulation, ArticulationCfg
+from lift_lab.envs import mdp
+from lift_lab.managers import EventTermCfg, ObservationTermCfg, RewardTermCfg
+from lift_lab.sim import CuboidCfg, SimulationCfg
+from lift_lab.terrains import TerrainImporterCfg
+from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.field_kinds import kind_problem
+from lift_lab.utils.noise import GaussianNoiseCfg
+from lift_lab.utils.ranges import first_problem
+from lift_lab_assets import CARTPOLE_CFG
+from lift_lab_rl.rsl_rl import RslRlPpoAlgorithmCfg
+
+NULL: Any = None
+NUMBER: Any = 5
+
+
+class MyArticulation(Articulation):
+    """A class of a user."""
+
+
+@pytest.mark.parametrize(
+    ("cls", "name", "value", "needs"),
+    [
+        (ArticulationCfg, "class_type", None, "null; it needs a class"),
+        (ArticulationCfg, "class_type", len, "it needs a class"),
+        (ArticulationCfg, "actuators", [1], "it needs a dictionary"),
+        (ArticulationCfg, "actuators", {"arm": None}, "x.arm is null; it needs a ActuatorBaseCfg"),
+        (CuboidCfg, "rigid_props", 5, "it needs a RigidBodyPropertiesCfg"),
+        (CuboidCfg, "semantic_tags", 5, "it needs a list"),
+        (ObservationTermCfg, "noise", (0, 1), "it needs a NoiseCfg or NoiseModelCfg"),
+        (RslRlPpoAlgorithmCfg, "rnd_cfg", "yes", "it needs a RslRlRndCfg"),
+        (RewardTermCfg, "params", "weight", "it needs a dictionary"),
+    ],
+)
+def test_what_cannot_be_meant_is_named(cls, name, value, needs):
+    assert needs in kind_problem(cls, name, "x", value)
+
+
+@pytest.mark.parametrize(
+    ("cls", "name", "value"),
+    [
+        (ArticulationCfg, "class_type", MyArticulation),
+        (ArticulationCfg, "class_type", "{DIR}.articulation:Articulation"),
+        (ArticulationCfg, "actuators", {}),
+        (CuboidCfg, "rigid_props", None),
+        (CuboidCfg, "rigid_props", {"disable_gravity": True}),
+        (ObservationTermCfg, "noise", GaussianNoiseCfg(mean=0.0, std=0.0)),
+        (ObservationTermCfg, "scale", 2),
+        (ObservationTermCfg, "scale", (2.0, 1.0)),
+        (SimulationCfg, "gravity", [0, 0, -9.81]),
+        (TerrainImporterCfg, "terrain_generator", None),
+        (RewardTermCfg, "func", "module:name"),
+    ],
+)
+def test_what_can_be_meant_is_taken(cls, name, value):
+    assert kind_problem(cls, name, "x", value) is None
+
+
+@pytest.mark.parametrize(
+    ("cfg", "says"),
+    [
+        (SimulationCfg(gravity=(0.0, 0.0, NULL)), r"gravity\[2\] is null"),
+        (
+            CARTPOLE_CFG.replace(
+                prim_path="/World/robot", init_state=ArticulationCfg.InitialStateCfg(joint_pos={"a": NULL})
+            ),
+            "joint_pos.a is null",
+        ),
+        (ObservationTermCfg(func=mdp.joint_pos_rel, clip=NUMBER), "clip is 5; it needs a list"),
+        (CuboidCfg(size=(1.0, 1.0, 1.0), collision_props=NUMBER), "needs a CollisionPropertiesCfg"),
+    ],
+)
+def test_validate_names_it(cfg, says):
+    with pytest.raises(ConfigError, match=says):
+        cfg.validate()
+
+
+def test_an_argument_is_null_only_if_its_annotation_says_so():
+    gains = {"stiffness_distribution_params": None, "damping_distribution_params": (0.5, 2.0)}
+    assert first_problem(EventTermCfg(func=mdp.randomize_actuator_gains, mode="reset", params=gains)) is None
+    ranges = {"position_range": None, "velocity_range": (0.0, 0.0)}
+    problem = first_problem(EventTermCfg(func=mdp.reset_joints_by_offset, mode="reset", params=ranges), "e")
+    assert problem == "e.params.position_range is null; it must be finite"
