@@ -81,6 +81,7 @@ def _not_continued(text: str, last: list[Path]) -> list[str]:
 def kill_exports(folder: Path, kills: int, rng: random.Random, tally: Tally, ref: References) -> None:
     """Kill play.py while it exports and plays."""
     import onnx
+    import onnxruntime  # noqa: F401 - forks have what play.py needs
     import torch
 
     checkpoint = checkpoints(ref.folder("native"))[-1]

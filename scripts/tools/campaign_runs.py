@@ -85,8 +85,6 @@ def preload(warp: bool) -> None:
         warp: whether scripts use the engine ``warp``.
     """
     import gymnasium  # noqa: F401
-    import onnx  # noqa: F401
-    import onnxruntime  # noqa: F401
     import pxr.Usd  # noqa: F401
     import torch
 
