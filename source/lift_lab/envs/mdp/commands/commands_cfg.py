@@ -10,7 +10,8 @@ from lift_lab.managers import CommandTermCfg
 from lift_lab.markers import VisualizationMarkersCfg
 from lift_lab.markers.config import BLUE_ARROW_X_MARKER_CFG, FRAME_MARKER_CFG, GREEN_ARROW_X_MARKER_CFG
 from lift_lab.utils import configclass
-from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, SPAN, Ranges
+from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, SPAN
+from lift_lab.utils.ranges import Ranges as NumberRanges
 
 from .null_command import NullCommand
 from .pose_2d_command import TerrainBasedPose2dCommand, UniformPose2dCommand
@@ -68,7 +69,7 @@ class UniformPoseCommandCfg(CommandTermCfg):
         yaw: tuple[float, float] = MISSING
         """Yaw in rad."""
 
-        _ranges: ClassVar[Ranges] = {"pos_x pos_y pos_z roll pitch yaw": SPAN}
+        _ranges: ClassVar[NumberRanges] = {"pos_x pos_y pos_z roll pitch yaw": SPAN}
 
     ranges: Ranges = MISSING
     """Where poses are drawn from."""
@@ -118,7 +119,7 @@ class UniformVelocityCommandCfg(CommandTermCfg):
         heading: tuple[float, float] | None = None
         """Heading in the world frame in rad."""
 
-        _ranges: ClassVar[Ranges] = {"lin_vel_x lin_vel_y ang_vel_z heading": SPAN}
+        _ranges: ClassVar[NumberRanges] = {"lin_vel_x lin_vel_y ang_vel_z heading": SPAN}
 
     ranges: Ranges = MISSING
     """Where commands are drawn from."""
@@ -133,7 +134,10 @@ class UniformVelocityCommandCfg(CommandTermCfg):
     )
     """Marker of the current velocity."""
 
-    _ranges: ClassVar[Ranges] = {"heading_control_stiffness": FINITE, "rel_standing_envs rel_heading_envs": FRACTION}
+    _ranges: ClassVar[NumberRanges] = {
+        "heading_control_stiffness": FINITE,
+        "rel_standing_envs rel_heading_envs": FRACTION,
+    }
 
 
 @configclass
@@ -153,7 +157,7 @@ class NormalVelocityCommandCfg(UniformVelocityCommandCfg):
         zero_prob: tuple[float, float, float] = MISSING
         """Probabilities of being zero."""
 
-        _ranges: ClassVar[Ranges] = {"mean_vel": FINITE, "std_vel": NOT_NEGATIVE, "zero_prob": FRACTION}
+        _ranges: ClassVar[NumberRanges] = {"mean_vel": FINITE, "std_vel": NOT_NEGATIVE, "zero_prob": FRACTION}
 
     ranges: Ranges = MISSING
     """Where commands are drawn from."""
@@ -182,7 +186,7 @@ class UniformPose2dCommandCfg(CommandTermCfg):
         heading: tuple[float, float] = MISSING
         """Heading in rad; not used with :attr:`simple_heading`."""
 
-        _ranges: ClassVar[Ranges] = {"pos_x pos_y heading": SPAN}
+        _ranges: ClassVar[NumberRanges] = {"pos_x pos_y heading": SPAN}
 
     ranges: Ranges = MISSING
     """Where poses are drawn from."""
@@ -206,7 +210,7 @@ class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
         heading: tuple[float, float] = MISSING
         """Heading in rad; not used with ``simple_heading``."""
 
-        _ranges: ClassVar[Ranges] = {"heading": SPAN}
+        _ranges: ClassVar[NumberRanges] = {"heading": SPAN}
 
     ranges: Ranges = MISSING
     """Where headings are drawn from."""
