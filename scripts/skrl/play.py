@@ -35,6 +35,7 @@ def main() -> int:
     from skrl.utils.runner.torch import Runner
 
     import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.library_ranges import refusals_of
     from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.skrl_runs import load_agent
@@ -62,7 +63,8 @@ def main() -> int:
         if args.video:
             env = film_playing(env, checkpoint.parents[1] / "videos" / "play" / f"{checkpoint.stem}.mp4", steps)
         wrapped = SkrlVecEnvWrapper(env)
-        agent = Runner(wrapped, agent_cfg).agent
+        with refusals_of("skrl"):
+            agent = Runner(wrapped, agent_cfg).agent
         load_agent(agent, checkpoint, args.trust)
         agent.enable_training_mode(False, apply_to_models=True)
         print(f"policy: {checkpoint}")

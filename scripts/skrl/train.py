@@ -36,6 +36,7 @@ def main() -> int:
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.library_files import read_skrl
+    from lift_lab_rl.library_ranges import check_skrl_mini_batches, refusals_of
     from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.skrl_runs import load_agent
@@ -71,7 +72,9 @@ def main() -> int:
         env = gym.make(args.task, cfg=env_cfg)
         print(env.unwrapped)
         env = film_training(env, args, run_dir)
-        runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
+        check_skrl_mini_batches(agent_cfg, env_cfg.scene.num_envs)
+        with refusals_of("skrl"):
+            runner = Runner(SkrlVecEnvWrapper(env), agent_cfg)
         if checkpoint is not None:
             load_agent(runner.agent, checkpoint, args.trust)
         write_configurations(run_dir, args.task, env_cfg, agent_cfg, overrides)

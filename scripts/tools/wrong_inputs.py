@@ -249,6 +249,7 @@ def _all() -> list[WrongInput]:
     add(_TRAIN, (*_CARTPOLE, "agent.policy.activation=swishy"), "activation", "swishy")
     add(_TRAIN, (*_CARTPOLE, "agent.policy.class_name=Transformer"), "class_name", "ActorCritic")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.class_name=SAC"), "class_name", "SAC")
+    add(_TRAIN, (*_CARTPOLE, "agent.algorithm.class_name=os:getcwd"), "class_name", "os:getcwd")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.schedule=cosine"), "schedule", "adaptive")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.optimizer=lion"), "optimizer", "adam")
     add(_TRAIN, (*_CARTPOLE, "agent.class_name=Runner"), "class_name", "OnPolicyRunner")
@@ -333,6 +334,9 @@ def _all() -> list[WrongInput]:
             (*_CARTPOLE, "--checkpoint", "x.zip", "--use_last_checkpoint"),
             "--use_last_checkpoint",
         )
+    add("sb3/train.py", (*_CARTPOLE, "agent.policy=Foo"), "Foo")
+    add("skrl/train.py", (*_CARTPOLE, "agent.models.policy.class=Foo"), "skrl", "Foo")
+    add("skrl/train.py", (*_CARTPOLE, "agent.agent.learning_rate_scheduler=Foo"), "skrl", "Foo")
     for path, values in _SB3.items():
         for value in values.split():
             add("sb3/train.py", (*_CARTPOLE, f"{path}={value}"), path)
@@ -346,7 +350,7 @@ _SB3 = {
     "agent.gamma": "nan 1.5 -1",
     "agent.gae_lambda": "nan 2",
     "agent.learning_rate": "nan -1 0",
-    "agent.n_steps": "0 -1",
+    "agent.n_steps": "0 -1 null",
     "agent.n_epochs": "0",
     "agent.clip_range": "nan 0",
     "agent.ent_coef": "nan inf",
@@ -355,12 +359,15 @@ _SB3 = {
 """Settings of Stable-Baselines3's agent of the task Cartpole and values that they do not take."""
 
 _SKRL = {
-    "agent.agent.rollouts": "0 -1",
+    "agent.agent.rollouts": "0 -1 null",
+    "agent.agent": "null",
+    "agent.memory": "null",
+    "agent.agent.experiment": "null",
     "agent.agent.learning_rate": "nan 0 -1",
     "agent.agent.discount_factor": "nan 2",
     "agent.agent.gae_lambda": "nan -1",
     "agent.agent.learning_epochs": "0",
-    "agent.agent.mini_batches": "0",
+    "agent.agent.mini_batches": "0 null 1000",
     "agent.trainer.timesteps": "0 -1",
 }
 """Settings of skrl's agent of the task Cartpole and values that they do not take."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
-from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.errors import ConfigError, LiftLabError
 from lift_lab.utils.ranges import (
     COUNT,
     COUNT_OR_ZERO,
@@ -47,6 +49,14 @@ SKRL_RANGES: Ranges = {
 """By the path of an entry; a key may name several, separated by spaces."""
 
 
+_SB3_NEEDED = "policy n_timesteps n_steps n_epochs gamma gae_lambda learning_rate clip_range ent_coef vf_coef"
+_SKRL_NEEDED = (
+    "models models.policy models.value memory agent trainer agent.experiment agent.rollouts agent.learning_epochs "
+    "agent.mini_batches agent.discount_factor agent.gae_lambda agent.learning_rate agent.ratio_clip trainer.timesteps"
+)
+"""Entries that may be missing, which leaves the library's default, but not null."""
+
+
 def check_library_cfg(cfg: dict[str, Any]) -> None:
     """Check the numbers of an agent's configuration.
 
@@ -54,9 +64,16 @@ def check_library_cfg(cfg: dict[str, Any]) -> None:
         cfg: configuration of skrl's runner, which has a ``trainer``, or of Stable-Baselines3's PPO.
 
     Raises:
-        ConfigError: a number is NaN or outside of its range; names it.
+        ConfigError: a number is NaN or outside of its range, or an entry that is needed is None; names it.
     """
-    ranges = SKRL_RANGES if "trainer" in cfg else SB3_RANGES
+    ranges, needed = (SKRL_RANGES, _SKRL_NEEDED) if "trainer" in cfg else (SB3_RANGES, _SB3_NEEDED)
+    for name in needed.split():
+        *owners, last = name.split(".")
+        owner: Any = cfg
+        for key in owners:
+            owner = owner.get(key) if isinstance(owner, dict) else None
+        if isinstance(owner, dict) and last in owner and owner[last] is None:
+            raise ConfigError(f"agent.{name} is null; it is needed")
     for names, known in ranges.items():
         for name in names.split():
             value: Any = cfg
@@ -70,3 +87,39 @@ def check_library_cfg(cfg: dict[str, Any]) -> None:
     problem = first_problem(cfg, "agent")
     if problem is not None:
         raise ConfigError(problem)
+
+
+def check_skrl_mini_batches(cfg: dict[str, Any], num_envs: int) -> None:
+    """Check that no mini-batch of skrl's agent is empty: the mean loss of an empty one is NaN.
+
+    Args:
+        cfg: configuration of skrl's runner.
+        num_envs: number of environments.
+
+    Raises:
+        ConfigError: a rollout has fewer samples than there are mini-batches.
+    """
+    rollouts, count = cfg["agent"].get("rollouts"), cfg["agent"].get("mini_batches")
+    if rollouts and count and rollouts * num_envs < count:
+        raise ConfigError(
+            f"agent.agent.mini_batches is {count}: a rollout of {num_envs} environments and {rollouts} steps has "
+            f"only {rollouts * num_envs} samples"
+        )
+
+
+@contextlib.contextmanager
+def refusals_of(library: str) -> Iterator[None]:
+    """Turn what a library raises about its settings while it builds an agent into one line.
+
+    Args:
+        library: name of the library, for the message.
+
+    Raises:
+        ConfigError: the library refused a setting; holds its message.
+    """
+    try:
+        yield
+    except (TypeError, ValueError, NameError) as error:
+        if isinstance(error, LiftLabError):
+            raise
+        raise ConfigError(f"{library} refuses a setting below agent: {error}") from error

@@ -21,6 +21,7 @@ from lift_lab.utils.errors import ConfigError, FileError, suggest
 
 from .files import save_torch
 from .library_files import read_sb3, read_states, refusal
+from .library_ranges import refusals_of
 from .sb3 import Sb3VecEnvWrapper, process_sb3_cfg
 
 _NORMALISATION = ("normalize_input", "normalize_value", "clip_obs")
@@ -72,7 +73,8 @@ def build(
             gamma=settings.get("gamma", 0.99),
         )
     settings.setdefault("device", env.sim_device)
-    agent = PPO(policy, vec_env, **settings)
+    with refusals_of("Stable-Baselines3"):
+        agent = PPO(policy, vec_env, **settings)
     if checkpoint is not None:
         load_parameters(agent, checkpoint, trust)
         if isinstance(vec_env, VecNormalize):

@@ -101,7 +101,7 @@ class Range:
         if self.whole and not isinstance(number, (int, np.integer)):
             return False
         low = number > self.low if self.above else number >= self.low
-        return low and (number < self.high if self.below else number <= self.high)
+        return bool(low and (number < self.high if self.below else number <= self.high))
 
     def __str__(self) -> str:
         bounds = []

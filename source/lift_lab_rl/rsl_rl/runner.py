@@ -95,6 +95,9 @@ class LiftLabRunner(OnPolicyRunner):
         check_environment(env, train_cfg, device, saves=log_dir is not None)
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
+        if not hasattr(algorithm, "construct_algorithm"):
+            name = self.cfg["algorithm"]["class_name"]
+            raise ConfigError(f"agent.algorithm.class_name: '{name}' is no algorithm of rsl_rl, a sub-class of PPO")
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
             self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
         self._set_action_mean()
