@@ -154,12 +154,12 @@ class ManagerBasedEnv:
     @property
     def physics_dt(self) -> float:
         """Physics step in s."""
-        return self.cfg.sim.dt
+        return float(self.cfg.sim.dt)
 
     @property
     def step_dt(self) -> float:
         """Environment step in s."""
-        return self.cfg.sim.dt * self.cfg.decimation
+        return float(self.cfg.sim.dt) * int(self.cfg.decimation)
 
     @property
     def unwrapped(self) -> ManagerBasedEnv:

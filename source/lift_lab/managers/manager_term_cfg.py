@@ -12,7 +12,19 @@ from typing import Any, ClassVar
 from lift_lab.utils import configclass
 from lift_lab.utils.modifiers import ModifierCfg
 from lift_lab.utils.noise import NoiseCfg, NoiseModelCfg
-from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, POSITIVE_SPAN, POSITIVE_SPAN_OR_INF, SPAN_OR_INF, WHOLE, Ranges
+from lift_lab.utils.ranges import (
+    COUNT_OR_ZERO,
+    FINITE,
+    POSITIVE_SPAN,
+    POSITIVE_SPAN_OR_INF,
+    SPAN_OR_INF,
+    WHOLE,
+    Range,
+    Ranges,
+)
+
+_CLIP = Range(ascending=True, infinite=True, open_ended=True)
+"""(low, high), of which one may be None, for no limit."""
 
 
 @configclass
@@ -90,7 +102,7 @@ class ObservationTermCfg(ManagerTermBaseCfg):
     """Corruption of the value; dropped where the group has ``enable_corruption=False``."""
 
     clip: tuple[float, float] | None = None
-    """Range that the value is clipped to after the noise."""
+    """Range (low, high) that the value is clipped to after the noise."""
 
     scale: tuple[float, ...] | float | None = None
     """Factor on the clipped value: one number, or one for each entry of the last dimension."""
@@ -102,7 +114,7 @@ class ObservationTermCfg(ManagerTermBaseCfg):
     flatten_history_dim: bool = True
     """Whether a history of shape (num_envs, length, ...) is returned as (num_envs, length * ...)."""
 
-    _ranges: ClassVar[Ranges] = {"clip": SPAN_OR_INF, "scale": FINITE, "history_length": COUNT_OR_ZERO}
+    _ranges: ClassVar[Ranges] = {"clip": _CLIP, "scale": FINITE, "history_length": COUNT_OR_ZERO}
 
 
 @configclass

@@ -187,7 +187,7 @@ class SimulationContext:
 
     def get_physics_dt(self) -> float:
         """Physics step in seconds."""
-        return self.cfg.dt
+        return float(self.cfg.dt)
 
     def has_gui(self) -> bool:
         """Always False: there is no window."""
@@ -244,7 +244,7 @@ class SimulationContext:
             raise ConfigError(f"sim.dt must be positive, got {self.cfg.dt}")
         mj: MujocoCfg = self.cfg.mujoco
         option = spec.option
-        option.timestep = self.cfg.dt
+        option.timestep = float(self.cfg.dt)
         option.gravity = self.cfg.gravity
         option.integrator = _pick(_INTEGRATORS, mj.integrator, "integrator")
         option.cone = _pick(_CONES, mj.cone, "cone")

@@ -49,6 +49,8 @@ class Range:
     """Whether only whole numbers are."""
     ascending: bool = False
     """Whether a pair needs its lower number first."""
+    open_ended: bool = False
+    """Whether an entry of a list may be None, for no limit."""
     least_entries: int = 0
     """Entries that a list needs."""
     also: tuple[float, ...] = ()
@@ -70,6 +72,8 @@ class Range:
             entries = value.items() if isinstance(value, dict) else enumerate(value)
             for key, entry in entries:
                 inner = f"{path}.{key}" if isinstance(value, dict) else f"{path}[{key}]"
+                if entry is None and self.open_ended:
+                    continue
                 if entry is None:
                     return f"{inner} is null; it must be {self}"
                 taken = dataclasses.replace(self, ascending=False) if _is_number(entry) else self
@@ -273,10 +277,10 @@ def first_problem(cfg: Any, path: str = "") -> str | None:
                         return problem
             if value is None and not may_be_none(cls, name):
                 return f"{inner} is null; " + (f"it must be {ranges[name]}" if name in ranges else "it is needed")
-            problem = kind_problem(cls, name, inner, value)
+            known = ranges.get(name)
+            problem = None if known is not None and _is_number(value) else kind_problem(cls, name, inner, value)
             if problem is not None:
                 return problem
-            known = ranges.get(name)
             problem = first_problem(value, inner) if known is None else known.problem(inner, value)
             if problem is not None:
                 return problem if known is None or may_be_none(cls, name) is False else f"{problem}, or null"

@@ -75,6 +75,24 @@ def test_prestartup_events_act_before_the_model_is_compiled(make_env, base_cfg):
     assert env.scene.spec.modelname == "touched"
 
 
+def test_prestartup_events_that_need_the_simulation_are_told_so(make_env, base_cfg):
+    def heavier(env, env_ids):
+        env.scene["ball"].set_masses(env.scene["ball"].data.default_mass)
+
+    with pytest.raises(ConfigError, match=r"'heavier': its function needs the simulation.*use mode 'startup'"):
+        make_env(ManagerBasedEnv, base_cfg(events={"heavier": EventTermCfg(func=heavier, mode="prestartup")}))
+
+
+def test_numbers_of_numpy_count_as_pythons_own(make_env, base_cfg):
+    cfg = base_cfg()
+    cfg.sim.dt, cfg.decimation = np.float32(0.01), np.int64(2)
+    env = make_env(ManagerBasedEnv, cfg)
+    env.reset()
+    env.step(torch.zeros(3, 2))
+    assert type(env.step_dt) is float
+    assert env.step_dt == pytest.approx(0.02)
+
+
 def test_an_interval_event_fires_every_so_many_steps(make_env, base_cfg):
     counter = []
 

@@ -2,12 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lift_lab.assets import Articulation, ArticulationCfg
 from lift_lab.envs import mdp
 from lift_lab.managers import EventTermCfg, ObservationTermCfg, RewardTermCfg
-from lift_lab.sim import CuboidCfg, SimulationCfg
+from lift_lab.sim import CuboidCfg, SimulationCfg, UsdFileCfg
 from lift_lab.terrains import TerrainImporterCfg
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.field_kinds import kind_problem
@@ -72,7 +73,7 @@ def test_what_can_be_meant_is_taken(cls, name, value):
             ),
             "joint_pos.a is null",
         ),
-        (ObservationTermCfg(func=mdp.joint_pos_rel, clip=NUMBER), "clip is 5; it needs a list"),
+        (ObservationTermCfg(func=mdp.joint_pos_rel, clip=NUMBER), r"clip is 5; it needs two numbers, \(low, high\)"),
         (CuboidCfg(size=(1.0, 1.0, 1.0), collision_props=NUMBER), "needs a CollisionPropertiesCfg"),
     ],
 )
@@ -87,3 +88,15 @@ def test_an_argument_is_null_only_if_its_annotation_says_so():
     ranges = {"position_range": None, "velocity_range": (0.0, 0.0)}
     problem = first_problem(EventTermCfg(func=mdp.reset_joints_by_offset, mode="reset", params=ranges), "e")
     assert problem == "e.params.position_range is null; it must be finite"
+
+
+@pytest.mark.parametrize(
+    "cfg",
+    [
+        ObservationTermCfg(func=mdp.joint_pos_rel, clip=(NULL, 1.0)),
+        UsdFileCfg(usd_path="a.usda", scale=np.float64(0.8)),  # type: ignore[arg-type]
+        SimulationCfg(dt=np.float32(0.01), gravity=np.array([0.0, 0.0, -9.81])),  # type: ignore[arg-type]
+    ],
+)
+def test_odd_values_that_work_are_taken(cfg):
+    assert first_problem(cfg) is None
