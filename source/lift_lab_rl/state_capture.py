@@ -107,7 +107,7 @@ class Capture:
             attributes = {
                 name: self.node(item, f"{path}.{name}" if path else name)
                 for name, item in attributes_of(value).items()
-                if name not in left_out
+                if name not in left_out and not self._is_left_out(item)
             }
             return ("object", type(value).__qualname__, attributes)
         return ("fixed",) if never_changes(value) else self._lost(value, path)

@@ -107,6 +107,27 @@ def test_writing_a_state_down_changes_nothing(env):
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
 
 
+@pytest.mark.parametrize("shown_first", [True, False])
+def test_a_run_with_markers_goes_on_without_and_the_other_way_round(env, shown_first):
+    def show(shown):
+        for term in (shown.scene["ee_frame"], shown.command_manager.get_term("object_pose")):
+            assert term.set_debug_vis(True)
+            term.update_debug_vis()
+
+    other = make(seed=77)
+    show(env if shown_first else other)
+    for each in (env, other):
+        each.reset()
+    run(env, 5)
+    state, rng = env_state(env), rng_state()
+    expected = run(env, 10, seed=1)
+    load_env_state(other, state)
+    load_rng_state(rng)
+    found = run(other, 10, seed=1)
+    other.close()
+    assert all(torch.equal(a, b) for a, b in zip(expected, found, strict=True))
+
+
 def test_a_state_of_another_environment_is_refused(env):
     env.reset()
     state = env_state(env)
