@@ -10,6 +10,7 @@ import contextlib
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from types import FrameType
 
@@ -47,16 +48,21 @@ def is_ignored(number: int) -> bool:
     return signal.getsignal(number) is signal.SIG_IGN
 
 
+_REPEATED = 0.5
+"""Signals that follow another one within this time in s are one with it: a key that is held down, a shell that sends to
+a process and to its group. Raising again would interrupt what deals with the first."""
+
+
 class _Raise:
     """A handler that raises; not for a SIGHUP that follows another signal: that process ends already."""
 
     def __init__(self) -> None:
-        self._is_ending = False
+        self._last: float | None = None
 
     def __call__(self, number: int, _: FrameType | None) -> None:
-        if self._is_ending and number == HANGUP:
+        last, self._last = self._last, time.monotonic()
+        if last is not None and (number == HANGUP or self._last - last < _REPEATED):
             return
-        self._is_ending = True
         raise Interrupted(number)
 
 
