@@ -124,6 +124,7 @@ def test_many_signals_end_it_without_a_traceback(start, tmp_path):
     process.stdout.readline()
     while process.poll() is None:
         process.send_signal(signal.SIGINT)
+        time.sleep(0.001)
     status, errors, _ = ended(process, tmp_path)
     assert status == 130
     assert "Traceback" not in errors
