@@ -21,10 +21,10 @@ from typing import Any
 import torch
 
 from lift_lab.envs import mdp
-from lift_lab.envs.mdp._tensors import block
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.indexing import block
 
 _PREFIX = "perturbed_"
 """Start of the names of the event terms that a perturbation adds."""

@@ -13,7 +13,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.envs import manager_based_rl_env
-from lift_lab.utils import read_back
+from lift_lab.utils import indexing
 from lift_lab_tasks.utils.hydra import compose
 
 BY_MASK = "indexing by a mask"
@@ -64,7 +64,7 @@ def answers(monkeypatch):
     given = []
 
     def ask(masks):
-        given.append([ids.tolist() for ids in read_back.where_true(masks)])
+        given.append([ids.tolist() for ids in indexing.where_true(masks)])
         return [torch.tensor(ids, dtype=torch.long) for ids in given[-1]]
 
     monkeypatch.setattr(manager_based_rl_env, "where_true", ask)
@@ -129,7 +129,7 @@ def test_what_the_last_step_was_like_is_measured_before_the_question(env, monkey
 
     def ask(masks):
         at_the_question.update(counting.calls)
-        return read_back.where_true(masks)
+        return indexing.where_true(masks)
 
     monkeypatch.setattr(manager_based_rl_env, "where_true", ask)
     inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * inner.max_episode_length

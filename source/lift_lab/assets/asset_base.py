@@ -17,6 +17,7 @@ from lift_lab.sim.spawners.spawner_cfg import Spawned
 from lift_lab.usd.filters import separate_classes
 from lift_lab.utils.attributes import Entity
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.indexing import EnvIds
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-EnvIds = Sequence[int] | torch.Tensor | slice | None
 Values = torch.Tensor | np.ndarray | Sequence[float] | float
 """What methods that write states take: anything that makes a tensor and broadcasts to the shape they name."""
 

@@ -13,8 +13,7 @@ from gymnasium.utils import seeding
 
 from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
-from lift_lab.utils.read_back import where_true
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import fill_rows, where_true
 
 from .arguments import action_tensor, new_cfg
 from .common import VecEnvObs, VecEnvStepReturn

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import torch
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import fill_rows
 
 from ._table import render_table
 from ._term_managers import DebugVisTerm, ObjectTermManager

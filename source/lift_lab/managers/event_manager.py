@@ -16,7 +16,7 @@ import torch
 from lift_lab.assets import AssetBase
 from lift_lab.sensors import SensorBase
 from lift_lab.utils.errors import ConfigError, suggest
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import fill_rows
 
 from ._table import render_table
 from .manager_base import EnvIds, Foretold, ManagerBase, ManagerTermBase, as_env_id_tensor

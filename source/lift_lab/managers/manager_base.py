@@ -18,6 +18,7 @@ import torch
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.dict import class_to_dict
 from lift_lab.utils.errors import ConfigError, ConfigTypeError, NoCallError, NotCallableError, suggest
+from lift_lab.utils.indexing import EnvIds
 from lift_lab.utils.string import resolve_matching_names, string_to_callable
 
 from .manager_term_cfg import ManagerTermBaseCfg
@@ -25,9 +26,6 @@ from .scene_entity_cfg import SceneEntityCfg
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedEnv
-
-EnvIds = torch.Tensor | Sequence[int] | slice | None
-"""Some environments: a LongTensor, a list of ints or a slice; None means all."""
 
 Foretold = tuple[torch.Tensor, Callable[[torch.Tensor], None]]
 """Which environments will be due, shape (num_envs,), and who has to be told their ids."""

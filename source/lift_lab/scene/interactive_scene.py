@@ -6,7 +6,6 @@ positions when they are read and taken off when they are written.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -21,10 +20,10 @@ from lift_lab.terrains import TerrainImporter, TerrainImporterCfg
 from lift_lab.terrains.terrain_importer import grid_origins
 from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
+from lift_lab.utils.indexing import EnvIds
 
 from .interactive_scene_cfg import InteractiveSceneCfg
 
-EnvIds = Sequence[int] | torch.Tensor | slice | None
 State = dict[str, dict[str, dict[str, torch.Tensor]]]
 
 

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from lift_lab.managers import ManagerTermBase
 from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.indexing import EnvIds
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, FRACTION
-
-from ._tensors import EnvIds
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv

@@ -12,8 +12,7 @@ import torch
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
-
-from ._tensors import columns
+from lift_lab.utils.indexing import columns
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject

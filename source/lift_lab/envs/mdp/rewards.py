@@ -11,9 +11,8 @@ import torch
 
 from lift_lab.managers import ManagerTermBase, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.indexing import columns
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE
-
-from ._tensors import columns
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import torch
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.indexing import columns
 from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, SPAN_OR_INF
-
-from ._tensors import columns
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject

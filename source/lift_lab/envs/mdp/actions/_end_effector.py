@@ -9,8 +9,7 @@ import torch
 
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
-
-from .._tensors import columns, compact_index
+from lift_lab.utils.indexing import columns, compact_index
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation

@@ -9,10 +9,9 @@ import torch
 
 from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import compact_index, fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
 
-from .._tensors import compact_index
 from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:

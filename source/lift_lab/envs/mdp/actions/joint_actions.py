@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.managers import ActionTerm
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import columns, compact_index, fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
-
-from .._tensors import columns, compact_index
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation

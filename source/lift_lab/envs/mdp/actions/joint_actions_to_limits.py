@@ -9,8 +9,8 @@ import torch
 
 from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.indexing import columns, compact_index
 
-from .._tensors import columns, compact_index
 from .joint_actions import clip_limits, clipped, values_of_names
 
 if TYPE_CHECKING:

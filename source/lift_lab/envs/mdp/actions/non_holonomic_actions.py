@@ -10,8 +10,8 @@ import torch
 from lift_lab.managers import ActionTerm
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.indexing import compact_index
 
-from .._tensors import compact_index
 from .joint_actions import clip_limits, clipped
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from lift_lab.controllers import DifferentialIKController, OperationalSpaceContr
 from lift_lab.managers import ActionTerm
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.indexing import columns
 
-from .._tensors import columns
 from ._end_effector import EndEffector
 from .joint_actions import clip_limits, clipped
 

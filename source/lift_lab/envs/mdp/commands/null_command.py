@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.managers import CommandTerm
-
-from .._tensors import EnvIds
+from lift_lab.utils.indexing import EnvIds
 
 if TYPE_CHECKING:
     from .commands_cfg import NullCommandCfg

@@ -12,7 +12,7 @@ from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.versions import version_of
 
-from .._tensors import is_zero, sample_ranges
+from ..sampling import is_zero, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation

@@ -12,7 +12,7 @@ from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
-from .._tensors import sample_ranges
+from ..sampling import sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.indexing import EnvIds, block, num_rows
 from lift_lab.utils.ranges import SPAN
 
-from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
+from ..sampling import axis_ranges, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject

@@ -14,9 +14,10 @@ from lift_lab.managers import ManagerTermBase, SceneEntityCfg
 from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
+from lift_lab.utils.indexing import EnvIds, block, num_rows
 from lift_lab.utils.ranges import COUNT, FINITE, POSITIVE, POSITIVE_SPAN, SPAN
 
-from .._tensors import EnvIds, axis_ranges, block, num_rows, sample_ranges
+from ..sampling import axis_ranges, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject

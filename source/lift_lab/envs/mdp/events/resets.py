@@ -9,9 +9,10 @@ import torch
 
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.indexing import EnvIds, block
 from lift_lab.utils.ranges import SPAN
 
-from .._tensors import EnvIds, axis_ranges, block, is_zero, sample_ranges
+from ..sampling import axis_ranges, is_zero, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, DeformableObject, RigidObject

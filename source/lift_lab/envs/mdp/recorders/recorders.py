@@ -7,8 +7,7 @@ from typing import Any
 import torch
 
 from lift_lab.managers import RecorderTerm
-
-from .._tensors import EnvIds
+from lift_lab.utils.indexing import EnvIds
 
 
 class InitialStateRecorder(RecorderTerm):

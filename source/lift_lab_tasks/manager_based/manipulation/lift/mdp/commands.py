@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import torch
 
 from lift_lab.envs.mdp import UniformPoseCommand, UniformPoseCommandCfg
-from lift_lab.envs.mdp._tensors import block, columns, compact_index, range_limits, sample_ranges
+from lift_lab.envs.mdp.sampling import range_limits, sample_ranges
 from lift_lab.utils import configclass
+from lift_lab.utils.indexing import block, columns, compact_index, fill_rows
 from lift_lab.utils.ranges import POSITIVE, SPAN, Ranges
-from lift_lab.utils.rows import fill_rows
 from lift_lab.utils.versions import version_of
 
 if TYPE_CHECKING:

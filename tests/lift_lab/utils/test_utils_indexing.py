@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from lift_lab.utils.rows import fill_rows
+from lift_lab.utils.indexing import fill_rows
 
 
 @pytest.mark.parametrize("rows", [torch.tensor([2, 0]), [0, 2], slice(0, 3, 2)])
