@@ -52,7 +52,7 @@ def main() -> int:
     from lift_lab_rl.counters import load_counters
     from lift_lab_rl.evaluation import add_success_probe, evaluate
     from lift_lab_rl.files import check_target, write_atomically
-    from lift_lab_rl.generalisation import perturb_all
+    from lift_lab_rl.perturbations import perturb_all
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.utils import runs, task_kwargs

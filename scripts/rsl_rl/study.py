@@ -116,7 +116,7 @@ class Study:
             LiftLabError: names it.
         """
         from lift_lab.sim.simulation_context import resolve_device
-        from lift_lab_rl.generalisation import parse_perturbation, perturb
+        from lift_lab_rl.perturbations import parse_perturbation, perturb
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
         from lift_lab_tasks.utils.hydra import compose
         from lift_lab_tasks.utils.runs import apply_flags, check_given_once
@@ -337,7 +337,7 @@ def main() -> int:
     args, overrides = parse()
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab_rl.generalisation import STANDARD
+    from lift_lab_rl.perturbations import STANDARD
     from lift_lab_rl.study.comparison import Roles
     from lift_lab_rl.study.curves import find_runs, group_runs, remarks
     from lift_lab_rl.study.evaluations import load_results

@@ -45,7 +45,7 @@ def moments(task: str, checkpoint: Path, seed: int, overrides: list[str]) -> Any
     import torch
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.envs.filming import Filming
+    from lift_lab.envs.frame_capture import FrameCapture
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_tasks.utils.hydra import compose
 
@@ -59,7 +59,7 @@ def moments(task: str, checkpoint: Path, seed: int, overrides: list[str]) -> Any
     runner = LiftLabRunner(env, to_rsl_rl(agent_cfg, env.get_observations().keys()), None, "cpu")
     runner.load_policy(str(checkpoint))
     policy = runner.get_inference_policy(device="cpu")
-    filming, looks = Filming(inner), []
+    capture, frames = FrameCapture(inner), []
     with torch.inference_mode():
         obs, _ = env.reset()
         start, reached = _to_goal(inner), None
@@ -74,11 +74,11 @@ def moments(task: str, checkpoint: Path, seed: int, overrides: list[str]) -> Any
             )
             if reached is None and left < REACHED_M:
                 reached = step
-            if len(looks) < len(wanted) and wanted[len(looks)]:
-                looks.append(filming.look())
-    if len(looks) < 4:
+            if len(frames) < len(wanted) and wanted[len(frames)]:
+                frames.append(capture.frame())
+    if len(frames) < 4:
         raise LiftLabError(f"the cube did not reach its goal with seed {seed}: choose another --seed")
-    made = filming.film(looks, 1.0)
+    made = capture.film(frames, 1.0)
     env.close()
     return made
 

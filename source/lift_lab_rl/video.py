@@ -19,7 +19,7 @@ import gymnasium as gym
 
 from lift_lab.drawing import film
 from lift_lab.drawing.mp4 import Mp4Writer
-from lift_lab.envs.filming import Filming, Look
+from lift_lab.envs.frame_capture import Frame, FrameCapture
 from lift_lab.utils.errors import LiftLabError
 
 
@@ -90,9 +90,9 @@ class RecordVideo(gym.Wrapper):
         super().__init__(env)
         self._path, self._interval, self._length = path, interval, length
         self._background, self._say = background, say
-        self._filming = Filming(env.unwrapped)  # type: ignore[arg-type]
+        self._capture = FrameCapture(env.unwrapped)  # type: ignore[arg-type]
         self._step = self._start = 0
-        self._looks: list[Look] | None = None
+        self._frames: list[Frame] | None = None
         self._waiting: deque[tuple[Path, Path]] = deque()
         self._drawing: tuple[subprocess.Popen[bytes], Path, Path] | None = None
         self.problem: str | None = None
@@ -101,14 +101,14 @@ class RecordVideo(gym.Wrapper):
         """Videos that are complete."""
 
     def step(self, action: Any) -> Any:
-        """Step, and look if a video is running."""
-        if self._looks is None and self._step % self._interval == 0 and self.problem is None:
-            self._looks, self._start = [], self._step
+        """Step, and take a frame while a video is running."""
+        if self._frames is None and self._step % self._interval == 0 and self.problem is None:
+            self._frames, self._start = [], self._step
         result = self.env.step(action)
         self._step += 1
-        if self._looks is not None:
-            self._looks.append(self._filming.look())
-            if len(self._looks) >= self._length:
+        if self._frames is not None:
+            self._frames.append(self._capture.frame())
+            if len(self._frames) >= self._length:
                 self._end_film()
         if self._drawing is not None and self._drawing[0].poll() is not None:
             self._end_drawing()
@@ -134,14 +134,14 @@ class RecordVideo(gym.Wrapper):
 
     def _end_film(self) -> None:
         """Hand a running film over to be drawn."""
-        looks, self._looks = self._looks, None
-        if not looks or self.problem is not None:
+        frames, self._frames = self._frames, None
+        if not frames or self.problem is not None:
             return
         video = self._path(self._start)
         source = video.with_name(f".{video.stem}{film.SUFFIX}")
         try:
             fps = self.env.unwrapped.metadata.get("render_fps", 50)
-            self._filming.film(looks, fps).save(source)
+            self._capture.film(frames, fps).save(source)
             self._waiting.append((source, video))
             self._begin_drawing()
         except OSError as error:

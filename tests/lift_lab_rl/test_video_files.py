@@ -56,28 +56,28 @@ class StillEnv(gym.Env):
 
 
 class FakeFilm:
-    """A film whose file lists how many looks it is of."""
+    """A film whose file lists how many frames it is of."""
 
-    def __init__(self, looks):
-        self.looks = looks
+    def __init__(self, frames):
+        self.frames = frames
 
     def save(self, path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(str(len(self.looks)))
+        path.write_text(str(len(self.frames)))
 
 
-class FakeFilming:
+class FakeCapture:
     """Sees numbers."""
 
     def __init__(self, env):
         self.count = 0
 
-    def look(self):
+    def frame(self):
         self.count += 1
         return self.count
 
-    def film(self, looks, fps):
-        return FakeFilm(looks)
+    def film(self, frames, fps):
+        return FakeFilm(frames)
 
 
 DRAW = "import os, sys; os.replace(sys.argv[1], sys.argv[2])"
@@ -87,7 +87,7 @@ DRAW = "import os, sys; os.replace(sys.argv[1], sys.argv[2])"
 @pytest.fixture
 def record(tmp_path, monkeypatch):
     """Makes a recorder whose drawing process runs the code it is given; what it says is in its ``said``."""
-    monkeypatch.setattr(video, "Filming", FakeFilming)
+    monkeypatch.setattr(video, "FrameCapture", FakeCapture)
     codes = [DRAW]
 
     def start(source, target, background):

@@ -19,7 +19,7 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.math import convert_quat
 
 if TYPE_CHECKING:
-    from .movable import MovableAsset
+    from .body_asset import BodyAsset
 
 Indices = Sequence[int] | torch.Tensor
 
@@ -35,7 +35,7 @@ def xyzw_pose(pose: torch.Tensor) -> torch.Tensor:
 class RigidBodyView(SuggestsAttributes):
     """The view of a rigid object."""
 
-    def __init__(self, asset: MovableAsset):
+    def __init__(self, asset: BodyAsset):
         """Answer for an asset of a running scene."""
         self._asset = asset
         model = asset._physics.model

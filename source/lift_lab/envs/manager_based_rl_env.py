@@ -17,7 +17,7 @@ from lift_lab.utils.indexing import fill_rows, where_true
 
 from .arguments import action_tensor, new_cfg
 from .common import VecEnvObs, VecEnvStepReturn
-from .filming import render_view
+from .frame_capture import render_view
 from .grad_mode import in_any_grad_mode
 from .manager_based_env import ManagerBasedEnv
 from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg

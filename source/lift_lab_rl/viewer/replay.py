@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from lift_lab.envs.filming import update_markers
+from lift_lab.envs.frame_capture import update_markers
 from lift_lab.visualizers import BodyLayer, MarkerLayer, open_server
 from lift_lab_rl.files import write_atomically
 

@@ -10,7 +10,7 @@ from typing import Any
 import torch
 
 from lift_lab.app import endings
-from lift_lab.envs.filming import update_markers
+from lift_lab.envs.frame_capture import update_markers
 from lift_lab.utils.errors import ConfigError, LiftLabError, suggest
 from lift_lab.visualizers import BodyLayer, MarkerLayer
 

@@ -8,7 +8,7 @@ from env_parts import group_of
 
 import lift_lab.envs.mdp as mdp
 from lift_lab.envs import ManagerBasedRLEnv
-from lift_lab.envs.filming import update_markers
+from lift_lab.envs.frame_capture import update_markers
 from lift_lab.managers import EventTermCfg, ObservationTermCfg, RewardTermCfg, SceneEntityCfg
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim.ignored import pending_ignored

@@ -12,7 +12,7 @@ from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.errors import ConfigError
 
 from ..asset_base import EnvIds, as_list
-from ..movable import MovableAsset
+from ..body_asset import BodyAsset
 from .articulation_data import ArticulationData
 from .drives import NO_LIMIT
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 JointIds = Sequence[int] | torch.Tensor | slice | None
 
 
-class JointProperties(MovableAsset):
+class JointProperties(BodyAsset):
     """The part of an articulation that changes its joints' properties in all or some environments."""
 
     cfg: ArticulationCfg

@@ -8,14 +8,14 @@ import mujoco
 
 from lift_lab.utils.errors import ConfigError
 
-from ..movable import MovableAsset
+from ..body_asset import BodyAsset
 from .rigid_object_data import RigidObjectData
 
 if TYPE_CHECKING:
     from .rigid_object_cfg import RigidObjectCfg
 
 
-class RigidObject(MovableAsset):
+class RigidObject(BodyAsset):
     """One rigid body, free or kinematic. Its body is named after the prim path's last part (as in Isaac Lab)."""
 
     cfg: RigidObjectCfg

@@ -1,4 +1,4 @@
-"""From an environment to what a renderer draws: its state, markers, figures, and where the camera stands."""
+"""Frames of an environment for a renderer: state, markers, figures, and the pose of the camera."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ _WIDER = 1.5
 
 
 @dataclass
-class Look:
-    """What was seen at one moment, still on the environment's device: nothing waits for it."""
+class Frame:
+    """The state at one moment, still on the environment's device: nothing waits for it."""
 
     qpos: torch.Tensor
     """Of the environments in the frame, shape (n, nq)."""
@@ -42,8 +42,8 @@ class Look:
     """Age of the episode in steps, its return, and the value of each reward term, shape (2 + terms,)."""
 
 
-class Filming:
-    """Looks at the environments that ``env.cfg.viewer`` names."""
+class FrameCapture:
+    """Takes frames of the environments that ``env.cfg.viewer`` names."""
 
     def __init__(self, env: ManagerBasedEnv):
         """Choose environments and camera.
@@ -81,8 +81,8 @@ class Filming:
         except DrawError as error:
             raise ConfigError(f"viewer.cam_prim_path: {error}") from error
 
-    def look(self) -> Look:
-        """What there is to see now."""
+    def frame(self) -> Frame:
+        """The current frame."""
         env = self._env
         update_markers(env)
         ids = list(self.env_ids)
@@ -94,29 +94,29 @@ class Filming:
                 fields = (group.positions_w, group.quats_w, group.scales, group.marker_indices)
                 markers.append((group, tuple(values[rows.to(values.device)] for values in fields)))
         followed = None if self._follow is None else self._follow() - self._centre_w
-        return Look(*state, followed_w=followed, markers=markers, figures=self._figures())
+        return Frame(*state, followed_w=followed, markers=markers, figures=self._figures())
 
-    def picture(self, look: Look) -> Picture:
-        """The picture of a look, on the CPU."""
+    def picture(self, frame: Frame) -> Picture:
+        """The picture of a frame, on the CPU."""
         placed = []
         centre = self._centre_w.cpu().numpy()
-        for group, fields in look.markers:
+        for group, fields in frame.markers:
             positions, quats, scales, numbers = (values.cpu().numpy() for values in fields)
             for number, shape in enumerate(group.primitives):
                 here = numbers == number
                 if shape and here.any():
                     placed.append(Placed(shape, positions[here] - centre, quats[here], scales[here]))
         return Picture(
-            look.qpos.cpu().numpy(),
-            look.mocap_pos.cpu().numpy(),
-            look.mocap_quat.cpu().numpy(),
-            self._view(look),
+            frame.qpos.cpu().numpy(),
+            frame.mocap_pos.cpu().numpy(),
+            frame.mocap_quat.cpu().numpy(),
+            self._view(frame),
             placed,
-            self._lines(look),
+            self._lines(frame),
         )
 
-    def film(self, looks: list[Look], fps: float) -> Film:
-        """Looks as a film."""
+    def film(self, frames: list[Frame], fps: float) -> Film:
+        """A film of frames."""
         width, height = self._viewer.resolution
         return Film(
             model_bytes(self._env.sim.model),
@@ -126,12 +126,12 @@ class Filming:
             self.origins,
             self.camera,
             self._viewer.quality == "fine",
-            [self.picture(look) for look in looks],
+            [self.picture(frame) for frame in frames],
         )
 
-    def _view(self, look: Look) -> View:
+    def _view(self, frame: Frame) -> View:
         viewer = self._viewer
-        origin = (0.0, 0.0, 0.0) if look.followed_w is None else look.followed_w.tolist()
+        origin = (0.0, 0.0, 0.0) if frame.followed_w is None else frame.followed_w.tolist()
         lookat = [o + p + float(m) for o, p, m in zip(origin, viewer.lookat, self._middle, strict=True)]
         ahead = [p - e for e, p in zip(viewer.eye, viewer.lookat, strict=True)]
         distance = math.hypot(*ahead)
@@ -152,11 +152,11 @@ class Filming:
         head = torch.stack((env.episode_length_buf[index].float(), manager._sums[:, index].sum()))
         return torch.cat((head, manager._values[:, index]))
 
-    def _lines(self, look: Look) -> list[tuple[str, str]]:
-        if look.figures is None:
+    def _lines(self, frame: Frame) -> list[tuple[str, str]]:
+        if frame.figures is None:
             return []
         env: Any = self._env
-        (age, total), values = look.figures[:2].tolist(), look.figures[2:].tolist()
+        (age, total), values = frame.figures[:2].tolist(), frame.figures[2:].tolist()
         manager = env.reward_manager
         lines = [("time", f"{age * env.step_dt:.2f} s"), ("return", f"{total:.2f}")]
         for name, value in zip(manager.active_terms, values, strict=True):
@@ -189,14 +189,14 @@ def render_view(env: ManagerBasedEnv) -> RenderView:
     Raises:
         ConfigError: the viewer names an environment, origin, asset or body that does not exist.
     """
-    filming = Filming(env)
-    picture = filming.picture(filming.look())
+    capture = FrameCapture(env)
+    picture = capture.picture(capture.frame())
     width, height = env.cfg.viewer.resolution
     return RenderView(
         **vars(picture.view),
-        env_ids=filming.env_ids,
-        origins=filming.origins,
-        camera=filming.camera,
+        env_ids=capture.env_ids,
+        origins=capture.origins,
+        camera=capture.camera,
         width=width,
         height=height,
         fine=env.cfg.viewer.quality == "fine",

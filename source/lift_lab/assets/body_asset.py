@@ -1,4 +1,4 @@
-"""What articulations and rigid objects share: a root that can be placed, wrenches, masses and friction."""
+"""Base class of articulations and rigid objects: root pose, wrenches, masses and friction."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
 
-class MovableAsset(AssetBase):
+class BodyAsset(AssetBase):
     """An asset with bodies whose state is simulated."""
 
     _data: BodyData

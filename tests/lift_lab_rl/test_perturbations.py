@@ -6,7 +6,7 @@ import torch
 from lift_lab.envs import ManagerBasedRLEnv, mdp
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
-from lift_lab_rl.generalisation import STANDARD, outside_unit_box, parse_perturbation, perturb, perturb_all
+from lift_lab_rl.perturbations import STANDARD, outside_unit_box, parse_perturbation, perturb, perturb_all
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.joint_pos_env_cfg import FrankaCubeLiftEnvCfg
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.soft_cube_env_cfg import FrankaSoftCubeLiftEnvCfg
 
