@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-CAMPAIGN = Path(__file__).parents[2] / "scripts" / "tools" / "campaign.py"
+CAMPAIGN = Path(__file__).parents[2] / "scripts" / "maintainers" / "campaign.py"
 NONE = {"kills": 0, "wrong": 0, "damaged": 0, "disks": 0, "terminals": 0}
 
 

@@ -215,11 +215,11 @@ def test_tasks_are_listed(script):
             "perturbation 'mass' is given twice",
         ),
         (
-            "tools/export_pretrained.py",
+            "maintainers/export_pretrained.py",
             ["x.pt", "--task", "Cartpole", "--evaluation", __file__],
             "test_command_lines.py': it is not JSON",
         ),
-        ("tools/video_cost.py", ["--steps", "0"], "at least 1, got '0'"),
+        ("maintainers/video_cost.py", ["--steps", "0"], "at least 1, got '0'"),
         ("list_envs.py", ["extra"], "unexpected argument 'extra'"),
         ("benchmark.py", ["--task", "Lift-Cube-Franka", "--steps", "0"], "at least 1, got '0'"),
     ],

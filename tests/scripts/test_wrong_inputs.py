@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import torch
 
-TOOLS = Path(__file__).parents[2] / "scripts" / "tools"
+TOOLS = Path(__file__).parents[2] / "scripts" / "maintainers"
 sys.path.insert(0, str(TOOLS))
 from wrong_inputs import WRONG_INPUTS, Answer, WrongInput, problem, run, shuffled  # noqa: E402
 

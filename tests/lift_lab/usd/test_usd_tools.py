@@ -1,4 +1,4 @@
-"""The two command lines of the importer."""
+"""The command lines that show and test the importer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import pytest
 
-TOOLS = Path(__file__).parents[3] / "scripts" / "tools"
+SCRIPTS = Path(__file__).parents[3] / "scripts"
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def run(monkeypatch, capsys):
     def call(name, *args):
         monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
         with pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(TOOLS / name), run_name="__main__")
+            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
         captured = capsys.readouterr()
         return ended.value.code, captured.out, captured.err
 
@@ -67,7 +67,7 @@ def test_usd_info_answers_a_mistake_in_one_line_with_status_two(run, ball, args,
 
 def test_damaged_files_of_every_format_import_or_are_refused_and_nothing_else(tmp_path, monkeypatch):
     """A short run of the fuzzer; its processes survive what a file does to them."""
-    monkeypatch.syspath_prepend(str(TOOLS))  # the child processes look the script up by name
+    monkeypatch.syspath_prepend(str(SCRIPTS / "maintainers"))  # the child processes look the script up by name
     fuzz = importlib.import_module("usd_fuzz")
     seeds = fuzz.seed_files(shipped=False)
     assert {seed.suffix for seed in seeds} == {"usda", "usdc", "usdz"}

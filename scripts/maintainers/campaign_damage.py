@@ -223,7 +223,7 @@ class Damage:
         shutil.copytree(source.parent, place / "usd")
         path = place / "usd" / source.name
         what = self._damage(path)
-        self._tally.note("USD files", call("tools/usd_info.py", [path], place).problems(0, 2), what)
+        self._tally.note("USD files", call("usd_info.py", [path], place).problems(0, 2), what)
 
     def dataset(self) -> None:
         """Data sets of episodes: read or refused."""

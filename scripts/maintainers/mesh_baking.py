@@ -102,7 +102,7 @@ def bake(source: Path, target: Path) -> None:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(layer)
     layer.documentation = (
-        "Visual meshes of the Franka Emika Panda, reduced by scripts/tools/mesh_baking.py; see NOTICE."
+        "Visual meshes of the Franka Emika Panda, reduced by scripts/maintainers/mesh_baking.py; see NOTICE."
     )
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)

@@ -1,6 +1,6 @@
 """Compare importers of USD physics, feature by feature, by running each on the same generated stages.
 
-python scripts/tools/usd_compare.py [--newton PYTHON] [--mujoco-usd PYTHON] [--write docs/usd.md] [--details]
+python scripts/maintainers/usd_compare.py [--newton PYTHON] [--mujoco-usd PYTHON] [--write docs/usd.md] [--details]
 
 The two options name interpreters that have the packages newton and mujoco-usd; their pins clash with each other's and
 with this project's, so each wants a virtual environment of its own. A column without an interpreter is left out.

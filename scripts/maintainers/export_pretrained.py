@@ -1,6 +1,6 @@
 """Make a run's policy the one that ships for a task: what ``--checkpoint pretrained`` plays and evaluates.
 
-python scripts/tools/export_pretrained.py CHECKPOINT --task TASK [--evaluation RESULTS.json] [--out FOLDER]
+python scripts/maintainers/export_pretrained.py CHECKPOINT --task TASK [--evaluation RESULTS.json] [--out FOLDER]
 
 Writes assets/pretrained/TASK/{policy.pt, policy.onnx, card.json}: the actor alone, under 300 kB each. The card takes
 its numbers from what ``evaluate.py --task TASK --checkpoint CHECKPOINT --json RESULTS.json`` wrote.

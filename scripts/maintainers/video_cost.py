@@ -1,6 +1,6 @@
 """Measure what train.py --video costs: processor time of filming beside that of stepping, and of drawing.
 
-python scripts/tools/video_cost.py [--task ID] [--num_envs 512] [--steps 100] [--length 5] [--interval 50]
+python scripts/maintainers/video_cost.py [--task ID] [--num_envs 512] [--steps 100] [--length 5] [--interval 50]
 
 Steps with random actions; the learner, which filming does not touch, is left out, so the share is of collection alone.
 Processor time is of all threads of a process, so it means the same on a busy machine.

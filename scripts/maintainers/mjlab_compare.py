@@ -1,6 +1,6 @@
 """Compare the speed of our lift task with that of mjlab's, in one run on one machine, and print the ratio.
 
-python scripts/compare/compare.py [--device cpu] [--sizes 64,256] [--steps 50] [--json FILE]
+python scripts/maintainers/mjlab_compare.py [--device cpu] [--sizes 64,256] [--steps 50] [--json FILE]
 
 mjlab's released package is installed into a virtual environment of its own (.compare/, made on first use, a few
 minutes and about 2 GB). Both run their own lift task with random actions: the same kind of scene (a fixed arm, a cube),

@@ -1,4 +1,4 @@
-"""Speed of mjlab's lift task; scripts/compare/compare.py runs this in mjlab's own virtual environment.
+"""Speed of mjlab's lift task; scripts/maintainers/mjlab_compare.py runs this in mjlab's own virtual environment.
 
 python mjlab_speed.py --num_envs 256 --steps 50 --device cpu --json FILE
 """

@@ -1,6 +1,6 @@
 """Feed damaged USD files to the importer and count what happens.
 
-python scripts/tools/usd_fuzz.py [--cases 2000] [--seconds 600] [--seed 0] [--keep FOLDER] [--only SUFFIX]
+python scripts/maintainers/usd_fuzz.py [--cases 2000] [--seconds 600] [--seed 0] [--keep FOLDER] [--only SUFFIX]
 
 A case is a shipped or generated stage, damaged. Text (.usda) gets one to three mutations: extreme numbers, deleted,
 doubled and swapped lines, exchanged paths and tokens, flipped bytes, truncation. Crates (.usdc) and packages (.usdz)

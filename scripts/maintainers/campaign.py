@@ -1,6 +1,7 @@
 """Break the project on purpose and count what holds: kills, wrong inputs, damaged files, full disks, lost terminals.
 
-python scripts/tools/campaign.py [--kills 100] [--wrong 400] [--damaged 100] [--disks 6] [--terminals 12] [--seed 0]
+python scripts/maintainers/campaign.py [--kills 100] [--wrong 400] [--damaged 100] [--disks 6] [--terminals 12]
+    [--seed 0]
 
 Every attempt is of a small Cartpole training in a process of its own. What has to hold is printed with each row of the
 table; docs/reliability.md has the numbers of a whole run. The exit status is 1 if anything does not hold. A number of 0

@@ -1,6 +1,6 @@
 """Measure what one update of the live viewer costs: processor time of the task's step and of drawing it.
 
-python scripts/tools/viewer_rate.py [--task ID] [--num_envs 1 64] [--updates 100]
+python scripts/maintainers/viewer_rate.py [--task ID] [--num_envs 1 64] [--updates 100]
 
 No browser is needed. Processor time is of all threads, so it means the same on a busy machine; the rate is what one
 core would reach.

@@ -1,6 +1,6 @@
 """Draw four moments of one lift side by side: the picture in README.md.
 
-python scripts/tools/lift_picture.py --checkpoint PATH [--output docs/images/lift.png] [overrides]
+python scripts/maintainers/lift_picture.py --checkpoint PATH [--output docs/images/lift.png] [overrides]
 
 Approach, grasp, lift and goal of the first episode of one environment. Needs an OpenGL library and Pillow.
 """

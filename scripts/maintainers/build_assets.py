@@ -1,8 +1,8 @@
 """Build the USD files under `assets/usd/` from their descriptions.
 
-    python scripts/tools/build_assets.py                  # rewrite the files
-    python scripts/tools/build_assets.py --check          # compare only; exit 1 where a file differs
-    python scripts/tools/build_assets.py --meshes DIR     # bake the Panda's visual meshes anew, too
+    python scripts/maintainers/build_assets.py                  # rewrite the files
+    python scripts/maintainers/build_assets.py --check          # compare only; exit 1 where a file differs
+    python scripts/maintainers/build_assets.py --meshes DIR     # bake the Panda's visual meshes anew, too
 
 The robot's numbers stand in `panda_description.py`, the cabinet's in `cabinet_description.py`, the other objects'
 below. Visual meshes are baked by `mesh_baking.py` from the OBJ files of the PyPI package `dm-robotics-panda` 0.4.8
@@ -28,7 +28,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 ASSETS_DIR = Path(__file__).resolve().parents[2] / "assets" / "usd"
 VISUALS_FILE = "franka_panda_visuals.usdc"
-BUILT = "Built by scripts/tools/build_assets.py."
+BUILT = "Built by scripts/maintainers/build_assets.py."
 
 CUBE_EDGE = 0.04
 """Edge of the cube, m: on its corner, its centre stays below the lift threshold of 0.04 m (a 4.8 cm cube's
@@ -376,7 +376,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.check:
         stale = [args.out / name for name in AUTHORS if differs(build(name), args.out / name)]
         for path in stale:
-            print(f"{path} differs from its description: run scripts/tools/build_assets.py")
+            print(f"{path} differs from its description: run scripts/maintainers/build_assets.py")
         return 1 if stale else 0
     if args.meshes:
         missing = [name for name in sorted(set(mesh_baking.SOURCES.values())) if not (args.meshes / name).is_file()]

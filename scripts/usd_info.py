@@ -1,6 +1,6 @@
 """Import a USD file and say what became of it.
 
-python scripts/tools/usd_info.py FILE [--view PNG] [--mjcf XML] [--variant SET=NAME ...] [--strict]
+python scripts/usd_info.py FILE [--view PNG] [--mjcf XML] [--variant SET=NAME ...] [--strict]
 """
 
 from __future__ import annotations
