@@ -47,14 +47,15 @@ def main() -> int:
     from lift_lab_rl.study.curves import find_runs, group_runs, remarks
     from lift_lab_rl.study.evaluations import collect, find_results
     from lift_lab_rl.study.page import tables, write_report
+    from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
     runs = find_runs(args.runs)
     groups = group_runs(runs)
     results, left_out = collect([args.results] if args.results is not None else find_results(runs), runs)
-    roles = Roles.guess(groups, args.baseline, args.curriculum)
+    roles = Roles.guess(groups, PAPER, args.baseline, args.curriculum)
     notes = [*remarks(runs), *left_out]
-    page = write_report(groups, results, roles, args.out, args.title, args.tail, args.smoothing, notes)
-    show(tables(groups, results, roles, args.tail))
+    page = write_report(groups, results, PAPER, roles, args.out, args.title, args.tail, args.smoothing, notes)
+    show(tables(groups, results, PAPER, roles, args.tail))
     for note in notes:
         print(f"note: {note}")
     print(f"written: {page}")

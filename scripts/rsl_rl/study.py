@@ -45,8 +45,7 @@ _DECIDED = {
 
 def parse():
     parser = cli.Parser(__doc__, multirun=False)  # a variant is a task in quotes
-    tasks = ["Lift-Cube-Franka", "Lift-Cube-Franka-CL"]
-    parser.add_argument("--tasks", nargs="+", default=tasks, help="TASK, or 'LABEL=TASK from=LABEL@N override ...'")
+    parser.add_argument("--tasks", nargs="+", default=None, help="TASK, or 'LABEL=TASK from=LABEL@N override ...'")
     parser.add_argument("--seeds", nargs="+", type=seed, default=[1, 2, 3], help="seeds of the trainings")
     parser.add_argument("--name", type=folder_name, default="study", help="folder under logs/rsl_rl")
     parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of each training")
@@ -344,11 +343,13 @@ def main() -> int:
     from lift_lab_rl.study.figures import require_matplotlib
     from lift_lab_rl.study.jobs import Variant, make_jobs
     from lift_lab_rl.study.page import write_report
+    from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
     if not args.no_report:
         require_matplotlib()
     perturb = [name for text in args.perturb for name in (STANDARD if text == "standard" else (text,))]
-    jobs = make_jobs([Variant.parse(text) for text in args.tasks], args.seeds)
+    tasks = args.tasks or (PAPER.baseline_task, PAPER.curriculum_task)
+    jobs = make_jobs([Variant.parse(text) for text in tasks], args.seeds)
     study = Study(args, overrides, jobs, perturb)
     study.check()
     study.prepare()
@@ -364,8 +365,8 @@ def main() -> int:
     if not args.no_report and any("checkpoint" in job.record for job in jobs):
         runs = find_runs([study.folder])
         groups, notes = group_runs(runs), remarks(runs)
-        roles, folder = Roles.guess(groups), study.folder / "report"
-        page = write_report(groups, load_results(study.results), roles, folder, notes=notes)
+        roles, folder = Roles.guess(groups, PAPER), study.folder / "report"
+        page = write_report(groups, load_results(study.results), PAPER, roles, folder, notes=notes)
         for note in notes:
             print(f"note: {note}")
         print(f"written: {page}")

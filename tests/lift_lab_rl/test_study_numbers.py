@@ -17,7 +17,7 @@ from lift_lab_rl.study.curves import Group, TrainingRun, find_runs, group_runs, 
 from lift_lab_rl.study.evaluations import collect, find_results, load_results
 from lift_lab_rl.study.figures import draw, save
 from lift_lab_rl.study.page import write_report
-from lift_lab_rl.study.paper import FIGURES, TABLE_1
+from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
 REWARD = "Reward / Total reward (mean)"
 SUCCESS = "Metrics/object_pose/success"
@@ -167,12 +167,12 @@ def test_smoothing_keeps_a_constant_and_weighs_the_past():
 
 
 def test_the_studys_rewards_add_up_to_its_total():
-    ends = {figure.number: figure for figure in FIGURES}
+    ends = {figure.number: figure for figure in PAPER.figures}
     for side, total in (("baseline", 134.98), ("curriculum", 142.87)):
         rates = [getattr(ends[number], side) for number in range(7, 13)]
         assert sum(rates) * 5.0 == pytest.approx(total, rel=0.01)
     assert sorted(ends) == list(range(4, 23))
-    assert [row.curriculum / row.episodes for row in TABLE_1] == [1.0, 1.0, 0.99]
+    assert [row.curriculum / row.episodes for row in PAPER.table] == [1.0, 1.0, 0.99]
 
 
 @pytest.mark.parametrize(
@@ -198,14 +198,14 @@ def _group(label, task=None, seeds=(1,), start=None, **scalars):
 
 def test_roles_go_to_the_studys_tasks_unless_they_are_asked_for():
     groups = [_group("linear", "lift_lab_tasks:Lift-Cube-Franka-CL"), _group("plain", "Lift-Cube-Franka")]
-    assert Roles.guess(groups) == Roles("plain", "linear")
+    assert Roles.guess(groups, PAPER) == Roles("plain", "linear")
     others = [_group("a", "Cartpole"), _group("b"), _group("a-CL", "Reach-Franka")]
-    assert Roles.guess(others) == Roles()
-    assert Roles.guess(others, curriculum="b") == Roles(None, "b")
+    assert Roles.guess(others, PAPER) == Roles()
+    assert Roles.guess(others, PAPER, curriculum="b") == Roles(None, "b")
     with pytest.raises(ConfigError, match="'b' cannot be both"):
-        Roles.guess(others, "b", "b")
+        Roles.guess(others, PAPER, "b", "b")
     with pytest.raises(ConfigError, match="no runs are labelled 'plan': did you mean 'plain'"):
-        Roles.guess(groups, "plan")
+        Roles.guess(groups, PAPER, "plan")
 
 
 def _evaluation(wins, trials, change):
@@ -232,7 +232,7 @@ RESULTS = {
 
 
 def test_success_is_pooled_over_seeds_beside_the_studys():
-    table = comparison.success_table(RESULTS, ["base", "base-CL"], Roles("base", "base-CL"))
+    table = comparison.success_table(RESULTS, ["base", "base-CL"], PAPER, Roles("base", "base-CL"))
     low, high = wilson_interval(194, 200)
     assert table.rows[1] == ["base", "100", "96 of 100", "96, 98", f"97.0% [{low:.1%}, {high:.1%}]"]
     assert table.rows[2][:4] == ["base-CL", "10", "10 of 10", "10, 10"]
@@ -251,7 +251,7 @@ def test_claims_compare_the_ends_of_training_and_the_evaluations(tmp_path):
             _write(tmp_path / f"{label}{k}", {REWARD: [0.0, end]})
     places = [f"{label}={tmp_path / label}{k}" for label in ("base", "base-CL") for k in (0, 1)]
     groups = group_runs(find_runs(places))
-    table = comparison.claims_table(groups, RESULTS, Roles("base", "base-CL"))
+    table = comparison.claims_table(groups, RESULTS, PAPER, Roles("base", "base-CL"))
     rows = {row[0]: row for row in table.rows}
     assert rows["higher mean total reward"][2:4] == ["131.00", "142.00"]
     welch = stats.ttest_ind([140.0, 144.0], [130.0, 132.0], equal_var=False).confidence_interval(0.95)
@@ -264,12 +264,12 @@ def test_claims_compare_the_ends_of_training_and_the_evaluations(tmp_path):
 def test_claims_are_paired_by_seed_where_one_side_began_from_the_other():
     curriculum = _group("cl", seeds=(1, 2, 3), **{REWARD: (3.09, 3.33, 3.49)})
     baseline = _group("base", seeds=(1, 2, 3), start=curriculum, **{REWARD: (2.50, 2.85, 3.14)})
-    table = comparison.claims_table([curriculum, baseline], {}, Roles("base", "cl"))
+    table = comparison.claims_table([curriculum, baseline], {}, PAPER, Roles("base", "cl"))
     ends = stats.ttest_rel([3.09, 3.33, 3.49], [2.50, 2.85, 3.14]).confidence_interval(0.95)
     (row,) = table.rows
     assert row[4:] == [f"0.4733 [{ends.low:.4f}, {ends.high:.4f}]", "as the study"]
     baseline.runs[0].start = None  # one began anew
-    (row,) = comparison.claims_table([curriculum, baseline], {}, Roles("base", "cl")).rows
+    (row,) = comparison.claims_table([curriculum, baseline], {}, PAPER, Roles("base", "cl")).rows
     assert row[5] == "undecided"
 
 
@@ -290,7 +290,7 @@ def _shown(*places):
     runs = find_runs(places)
     results, left_out = collect(find_results(runs), runs)
     groups = group_runs(runs)
-    rows = comparison.success_table(results, [group.label for group in groups], Roles()).rows
+    rows = comparison.success_table(results, [group.label for group in groups], PAPER, Roles()).rows
     return {row[0]: row[3] for row in rows if row[1] == "100"}, left_out
 
 
@@ -338,20 +338,20 @@ def test_a_jump_of_a_penalty_is_found_with_the_success_around_it(tmp_path):
     _write(tmp_path / "jump", tags)
     _write(tmp_path / "ramp", {"Curriculum/action_rate": [-0.1, -0.2, -0.3, -0.4], SUCCESS: [1.0] * 4})
     groups = group_runs(find_runs([tmp_path / "jump", tmp_path / "ramp"]))
-    table = comparison.jump_table(groups, window=2)
+    table = comparison.jump_table(groups, [SUCCESS], window=2)
     assert table.rows == [["jump", comparison.NONE, "4", "95.0%", "40.0%", "95.0%"]]
 
 
 def test_the_page_needs_nothing_beside_it_and_every_figure_is_a_file(tmp_path):
-    tags = {figure.tags[0]: [0.1, 0.2, 0.3] for figure in FIGURES}
+    tags = {figure.tags[0]: [0.1, 0.2, 0.3] for figure in PAPER.figures}
     places = []
     for label in ("base", "base-CL"):
         _write(tmp_path / label, tags)
         places.append(f"{label}={tmp_path / label}")
     groups = group_runs(find_runs(places))
-    page = write_report(groups, RESULTS, Roles("base", "base-CL"), tmp_path / "out", notes=["one is missing"])
+    page = write_report(groups, RESULTS, PAPER, Roles("base", "base-CL"), tmp_path / "out", notes=["one is missing"])
     text = page.read_text()
-    assert text.count("data:image/png;base64,") == len(FIGURES)
+    assert text.count("data:image/png;base64,") == len(PAPER.figures)
     assert not re.search(r"(src|href)=\"(?!data:)", text)
     for title in (
         "Note: one is missing",
@@ -363,9 +363,9 @@ def test_the_page_needs_nothing_beside_it_and_every_figure_is_a_file(tmp_path):
         assert title in text
     files = sorted((tmp_path / "out" / "figures").iterdir())
     assert {path.suffix for path in files} == {".png", ".pdf"}
-    assert len(files) == 2 * len(FIGURES)
+    assert len(files) == 2 * len(PAPER.figures)
 
 
 def test_a_label_is_no_mathematics(tmp_path):
-    plot = draw(FIGURES[0], [_group(r"a $\{x$", **{FIGURES[0].tags[0]: [1.0]})], {})
+    plot = draw(PAPER.figures[0], [_group(r"a $\{x$", **{PAPER.figures[0].tags[0]: [1.0]})], {})
     assert all(path.is_file() for path in save(plot, tmp_path, "a"))

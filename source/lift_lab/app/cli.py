@@ -39,14 +39,14 @@ class Parser(argparse.ArgumentParser):
         """
         epilog = (
             "Everything else is an override of the task's configuration in hydra's grammar, e.g. "
-            "env.rewards.lifting_object.weight=20 env.curriculum.joint_vel=null agent.algorithm.gamma=0.98"
+            "env.episode_length_s=10 env.rewards.NAME.weight=20 env.events.NAME=null agent.seed=1"
         )
         first = (description or "").strip().partition("\n\n")[0]
         super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
         self.takes_overrides = overrides
         self.takes_multirun = overrides if multirun is None else multirun
         if self.takes_multirun:
-            text = "run once for each combination of the values that overrides list, as gamma=0.98,0.99"
+            text = "run once for each combination of the values that overrides list, as agent.seed=1,2"
             self.add_argument("-m", "--multirun", action="store_true", help=text)
 
     def parse(self, argv: Sequence[str] | None = None) -> tuple[argparse.Namespace, list[str]]:

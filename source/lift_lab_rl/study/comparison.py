@@ -13,7 +13,7 @@ from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab_rl.intervals import t_interval, welch_interval, wilson_interval
 
 from .curves import TAIL, Group, TrainingRun
-from .paper import BASELINE_TASK, CLAIMS, CURRICULUM_TASK, FIGURES, FURTHER, TABLE_1, Claim
+from .paper import Claim, Paper
 
 NONE = "-"
 """An empty cell."""
@@ -37,8 +37,10 @@ class Roles:
     curriculum: str | None = None
 
     @classmethod
-    def guess(cls, groups: Sequence[Group], baseline: str | None = None, curriculum: str | None = None) -> Roles:
-        """The labels that were asked for; in place of None the first that was trained on the study's task.
+    def guess(
+        cls, groups: Sequence[Group], paper: Paper, baseline: str | None = None, curriculum: str | None = None
+    ) -> Roles:
+        """The labels that were asked for; in place of None the first that was trained on the paper's task.
 
         Raises:
             ConfigError: there are no runs of a label that was asked for, or one label is to be both.
@@ -51,7 +53,7 @@ class Roles:
         asked = (baseline, curriculum)
         found = [
             next((group.label for group in groups if group.task == task and group.label not in asked), None)
-            for task in (BASELINE_TASK, CURRICULUM_TASK)
+            for task in (paper.baseline_task, paper.curriculum_task)
         ]
         return cls(baseline or found[0], curriculum or found[1])
 
@@ -99,16 +101,16 @@ def runs_table(groups: Sequence[Group]) -> Table:
     return table
 
 
-def numbers_table(groups: Sequence[Group], roles: Roles, tail: float = TAIL) -> Table:
+def numbers_table(groups: Sequence[Group], paper: Paper, roles: Roles, tail: float = TAIL) -> Table:
     """The end of training beside the study's numbers, figure by figure."""
     table = Table(
         "End of training",
         ["figure", "study: baseline", "study: curriculum", *(group.label for group in groups)],
         note=f"Ours: mean over the last {tail:.0%} of iterations, then over seeds, with its 95 % interval over "
-        f"them (Student's t). The study trained 409.6 M steps. Its baseline corresponds to {roles.baseline or NONE}, "
-        f"its curriculum to {roles.curriculum or NONE}.",
+        f"them (Student's t). The study trained {paper.total_steps / 1e6:.1f} M steps. Its baseline corresponds to "
+        f"{roles.baseline or NONE}, its curriculum to {roles.curriculum or NONE}.",
     )
-    for figure in (*FIGURES, *FURTHER):
+    for figure in (*paper.figures, *paper.further):
         ours = [group.at_end(figure.tags, tail) for group in groups]
         if any(ours):
             name = f"{figure.number} {figure.title}" if figure.number else figure.title
@@ -117,7 +119,7 @@ def numbers_table(groups: Sequence[Group], roles: Roles, tail: float = TAIL) -> 
     return table
 
 
-def jump_table(groups: Sequence[Group], window: int = 50) -> Table:
+def jump_table(groups: Sequence[Group], success_tags: Sequence[str], window: int = 50) -> Table:
     """Success of training episodes before and after a curriculum's weight jumps, run by run."""
     table = Table(
         "Success before and after the jump of the penalties",
@@ -126,7 +128,7 @@ def jump_table(groups: Sequence[Group], window: int = 50) -> Table:
     )
     for group in groups:
         for run in group.runs:
-            at, success = _jump(run), run.find(FURTHER[0].tags)
+            at, success = _jump(run), run.find(success_tags)
             if at is None or success is None:
                 continue
             steps, values = success
@@ -134,7 +136,7 @@ def jump_table(groups: Sequence[Group], window: int = 50) -> Table:
             after = values[(steps >= at) & (steps < at + window)]
             seed = NONE if run.seed is None else str(run.seed)
             cells = [f"{v:.1%}" for v in (before.mean() if len(before) else np.nan, after.min())]
-            table.rows.append([group.label, seed, str(at), *cells, f"{run.at_end(FURTHER[0].tags):.1%}"])
+            table.rows.append([group.label, seed, str(at), *cells, f"{run.at_end(success_tags):.1%}"])
     return table
 
 
@@ -156,10 +158,10 @@ def _entries(results: dict[str, Any], label: str) -> list[dict[str, Any]]:
     return [run["evaluation"] for run in results.get("runs", []) if run["label"] == label and run.get("evaluation")]
 
 
-def success_table(results: dict[str, Any], labels: Sequence[str], roles: Roles) -> Table:
-    """Table 1, the study's and ours."""
+def success_table(results: dict[str, Any], labels: Sequence[str], paper: Paper, roles: Roles) -> Table:
+    """Successes of evaluations, the paper's and ours."""
     table = Table(
-        "Table 1: success within 0.02 m",
+        paper.table_title,
         ["model", "episodes", "study", "each seed", "all seeds [95 %]"],
         note="Ours: each seed's first episodes; intervals are Wilson's over the episodes of all seeds.",
     )
@@ -170,7 +172,7 @@ def success_table(results: dict[str, Any], labels: Sequence[str], roles: Roles) 
             rates = [entry["success"][str(count)] for entry in evaluations if str(count) in entry["success"]]
             wins = [round(rate * count) for rate in rates]
             study = NONE
-            for row in TABLE_1:
+            for row in paper.table:
                 if row.episodes == count and label in (roles.baseline, roles.curriculum):
                     study = f"{row.baseline if label == roles.baseline else row.curriculum} of {count}"
             each = ", ".join(map(str, wins))
@@ -239,7 +241,9 @@ def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Tabl
 # -- claims
 
 
-def claims_table(groups: Sequence[Group], results: dict[str, Any], roles: Roles, tail: float = TAIL) -> Table:
+def claims_table(
+    groups: Sequence[Group], results: dict[str, Any], paper: Paper, roles: Roles, tail: float = TAIL
+) -> Table:
     """The study's claims one by one, and whether our difference has their direction."""
     table = Table(
         "The study's claims",
@@ -251,7 +255,7 @@ def claims_table(groups: Sequence[Group], results: dict[str, Any], roles: Roles,
     by_label = {group.label: group for group in groups}
     sides = [by_label.get(label or "") for label in (roles.baseline, roles.curriculum)]
     paired = began_from(sides[0], sides[1]) or began_from(sides[1], sides[0])
-    for claim in CLAIMS:
+    for claim in paper.claims:
         first, second = (_claimed(side, results, claim, tail) for side in sides)
         if not first or not second:
             continue
@@ -263,7 +267,7 @@ def claims_table(groups: Sequence[Group], results: dict[str, Any], roles: Roles,
         else:
             ends = welch_interval(values[0], values[1])
         shown = number(difference) + (f" [{number(ends[0])}, {number(ends[1])}]" if ends else "")
-        cells = [claim.text, claim.of_study, *(number(float(np.mean(side))) for side in values)]
+        cells = [claim.text, claim.printed, *(number(float(np.mean(side))) for side in values)]
         table.rows.append([*cells, shown, verdict(claim.sign, difference, ends)])
     return table
 

@@ -14,7 +14,7 @@ from . import comparison
 from .comparison import Roles, Table
 from .curves import TAIL, Group
 from .figures import draw, file_stem, require_matplotlib, save
-from .paper import FIGURES, FURTHER
+from .paper import Paper
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -25,15 +25,17 @@ figure { margin: 1rem 0; } figure img { max-width: 100%; } figcaption, .note { c
 """
 
 
-def tables(groups: Sequence[Group], results: dict[str, Any], roles: Roles, tail: float = TAIL) -> list[Table]:
+def tables(
+    groups: Sequence[Group], results: dict[str, Any], paper: Paper, roles: Roles, tail: float = TAIL
+) -> list[Table]:
     """All tables that have rows."""
     labels = [group.label for group in groups]
     made = [
-        comparison.success_table(results, labels, roles),
-        comparison.claims_table(groups, results, roles, tail),
-        comparison.numbers_table(groups, roles, tail),
+        comparison.success_table(results, labels, paper, roles),
+        comparison.claims_table(groups, results, paper, roles, tail),
+        comparison.numbers_table(groups, paper, roles, tail),
         comparison.evaluation_table(results, labels),
-        comparison.jump_table(groups),
+        comparison.jump_table(groups, paper.success_tags),
         comparison.generalisation_table(results, labels),
         comparison.runs_table(groups),
     ]
@@ -43,6 +45,7 @@ def tables(groups: Sequence[Group], results: dict[str, Any], roles: Roles, tail:
 def write_report(
     groups: Sequence[Group],
     results: dict[str, Any],
+    paper: Paper,
     roles: Roles,
     out: str | Path,
     title: str = "Curriculum against baseline",
@@ -55,7 +58,8 @@ def write_report(
     Args:
         groups: what was trained.
         results: evaluations, as of :func:`~lift_lab_rl.study.evaluations.collect`; may be empty.
-        roles: which labels correspond to the study's.
+        paper: results to set beside ours.
+        roles: which labels correspond to the paper's.
         out: folder.
         title: heading.
         tail: share of the iterations that counts as the end of training.
@@ -71,7 +75,7 @@ def write_report(
     require_matplotlib()
     folder = Path(out)
     pictures = []
-    for figure in (*FIGURES, *FURTHER):
+    for figure in (*paper.figures, *paper.further):
         ends = {roles.baseline: figure.baseline, roles.curriculum: figure.curriculum}
         plot = draw(figure, groups, {label: end for label, end in ends.items() if label}, smoothing)
         if plot is not None:
@@ -79,7 +83,7 @@ def write_report(
             caption = f"Fig. {figure.number}. {figure.title}" if figure.number else figure.title
             pictures.append((caption, png))
     page = folder / "report.html"
-    write_atomically(page, _html(title, tables(groups, results, roles, tail), pictures, results, notes).encode())
+    write_atomically(page, _html(title, tables(groups, results, paper, roles, tail), pictures, results, notes).encode())
     return page
 
 

@@ -1,23 +1,13 @@
-"""What the study reports, as data: the numbers of its text and Table 1, its figures, and its claims.
-
-Rewards are Isaac Lab's log values: sums of an episode divided by its 5 s. All numbers are as printed in sections 4.2 to
-4.7; those that the text calls approximate are marked.
-"""
+"""The form of a paper's results, which a report sets beside ours. The numbers are a task's: see its ``paper.py``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-BASELINE_TASK, CURRICULUM_TASK = "Lift-Cube-Franka", "Lift-Cube-Franka-CL"
-"""Our tasks that the study's two trainings correspond to."""
-
-TOTAL_STEPS = 100_000 * 4_096
-"""Environment steps of each of the study's two trainings."""
-
 
 @dataclass(frozen=True)
 class Figure:
-    """One of the study's figures."""
+    """One of the paper's figures."""
 
     number: int
     title: str
@@ -26,56 +16,13 @@ class Figure:
     """Scalars that show the same in our logs; the first that a run has is taken."""
     unit: str = ""
     baseline: float | None = None
-    """The study's value at the end of the baseline's training; None if the text has none."""
+    """The paper's value at the end of the baseline's training; None if the text has none."""
     curriculum: float | None = None
-
-
-_EPISODE, _REWARD, _INSTANT = "Episode / Total timesteps", "Reward / Total reward", "Reward / Instantaneous reward"
-
-FIGURES = (
-    Figure(4, "Maximum Episode Length", (f"{_EPISODE} (max)",), "steps", 250.0, 250.0),
-    Figure(5, "Mean Episode Length", (f"{_EPISODE} (mean)",), "steps", 249.4554, 249.9277),
-    Figure(6, "Minimum Episode Length", (f"{_EPISODE} (min)",), "steps", 48.37, 65.05),
-    Figure(7, "Action Rate Penalty", ("Episode_Reward/action_rate",), "", -0.0005, -0.0624),
-    Figure(8, "Joint-Velocity Penalty", ("Episode_Reward/joint_vel",), "", -0.0016, -0.7295),
-    Figure(9, "Lifting Object Reward", ("Episode_Reward/lifting_object",), "of 15", 12.80, 13.27),
-    Figure(10, "Object-Goal Tracking Reward", ("Episode_Reward/object_goal_tracking",), "of 16", 11.60, 12.62),
-    Figure(
-        11, "Fine-Grained Tracking Reward", ("Episode_Reward/object_goal_tracking_fine_grained",), "of 5", 1.85, 2.69
-    ),
-    Figure(12, "Reaching Reward", ("Episode_Reward/reaching_object",), "of 1", 0.75, 0.77),
-    Figure(13, "Learning Rate", ("Loss/learning_rate",), ""),
-    Figure(14, "Entropy Loss", ("Loss / Entropy loss", "Loss/entropy"), "", -0.0003, None),
-    Figure(15, "Surrogate Policy Loss", ("Loss/surrogate",), "", -0.0007, -0.0012),
-    Figure(16, "Value Function Loss", ("Loss/value", "Loss/value_function"), "", 0.3278, 0.4121),
-    Figure(17, "Instantaneous Reward: Maximum", (f"{_INSTANT} (max)",), "", 0.73, 0.73),
-    Figure(18, "Instantaneous Reward: Mean", (f"{_INSTANT} (mean)",), "", 0.5410, 0.5720),
-    Figure(19, "Instantaneous Reward: Minimum", (f"{_INSTANT} (min)",), "", 0.0, -0.4809),
-    Figure(20, "Total Reward: Maximum", (f"{_REWARD} (max)",), "", 153.0, 153.0),
-    Figure(21, "Total Reward: Mean", (f"{_REWARD} (mean)",), "", 134.98, 142.87),
-    Figure(22, "Total Reward: Minimum", (f"{_REWARD} (min)",), "", 0.83, -10.17),
-)
-"""Figures 4 to 22. The study gives 17, 19 (baseline) and 20 as approximate."""
-
-_OBJECT = "Metrics/object_pose"
-
-FURTHER = (
-    Figure(0, "Success Rate", (f"{_OBJECT}/success",), "of training episodes"),
-    Figure(0, "Time to Success", (f"{_OBJECT}/time_to_success_s",), "s"),
-    Figure(0, "Squared Action Change", (f"{_OBJECT}/squared_action_change",), "per step", 5.0, 0.624),
-    Figure(0, "Mean Squared Joint Acceleration", (f"{_OBJECT}/squared_joint_acceleration",), "(rad/s²)²"),
-    Figure(0, "First Pick Dropped", (f"{_OBJECT}/first_pick_drop",), "of training episodes"),
-    Figure(0, "Object's Distance at the End", (f"{_OBJECT}/object_position_error",), "m"),
-)
-"""What the study measures without a figure, or describes in words.
-
-Its action change follows from Figure 7: the penalty divided by its weight of -1e-4 (baseline) and -1e-1 (curriculum).
-"""
 
 
 @dataclass(frozen=True)
 class Trials:
-    """A row of Table 1."""
+    """A row of the table of evaluations."""
 
     episodes: int
     baseline: int
@@ -83,39 +30,35 @@ class Trials:
     curriculum: int
 
 
-TABLE_1 = (Trials(10, 10, 10), Trials(50, 48, 50), Trials(100, 96, 99))
-"""Successes within 0.02 m."""
-
-
 @dataclass(frozen=True)
 class Claim:
-    """A difference that the study finds between curriculum and baseline."""
+    """A difference that the paper finds between curriculum and baseline."""
 
     text: str
     tag: str
     """Scalar at the end of training that decides it; with ``evaluation:`` in front, a key of the evaluation."""
     sign: int
     """1 if the curriculum's is larger, -1 if smaller."""
-    of_study: str
+    printed: str
+    """Its numbers, or its words."""
 
 
-CLAIMS = (
-    Claim("higher mean total reward", f"{_REWARD} (mean)", 1, "142.87 vs 134.98"),
-    Claim("higher lifting reward", "Episode_Reward/lifting_object", 1, "13.27 vs 12.80"),
-    Claim("better goal tracking", "Episode_Reward/object_goal_tracking", 1, "12.62 vs 11.60"),
-    Claim("better fine tracking", "Episode_Reward/object_goal_tracking_fine_grained", 1, "2.69 vs 1.85"),
-    Claim("higher reaching reward", "Episode_Reward/reaching_object", 1, "0.77 vs 0.75"),
-    Claim("higher mean instantaneous reward", f"{_INSTANT} (mean)", 1, "0.5720 vs 0.5410"),
-    Claim("lower minimum instantaneous reward", f"{_INSTANT} (min)", -1, "-0.4809 vs about 0"),
-    Claim("longer shortest episodes", f"{_EPISODE} (min)", 1, "65.05 vs 48.37"),
-    Claim("lower minimum total reward", f"{_REWARD} (min)", -1, "-10.17 vs 0.83"),
-    Claim("higher entropy at the end", "Loss/entropy", 1, "sustained vs declining"),
-    Claim("higher value loss", "Loss/value", 1, "0.4121 vs 0.3278"),
-    Claim("higher success rate", "evaluation:success", 1, "99 vs 96 of 100"),
-    Claim(
-        "smoother actions", f"evaluation:{_OBJECT}/squared_action_change", -1, "jitter in 70 to 80 % of trials vs none"
-    ),
-    Claim("smaller joint accelerations", f"evaluation:{_OBJECT}/squared_joint_acceleration", -1, "stable control"),
-    Claim("fewer first-pick drops", f"evaluation:{_OBJECT}/first_pick_drop", -1, "1 in 100 vs occasional"),
-)
-"""What sections 4.2 to 4.7 claim."""
+@dataclass(frozen=True)
+class Paper:
+    """Results of a baseline and of a curriculum, as printed."""
+
+    baseline_task: str
+    """Our task that corresponds to the paper's baseline."""
+    curriculum_task: str
+    """Our task that corresponds to its curriculum."""
+    total_steps: int
+    """Environment steps of each of its two trainings."""
+    figures: tuple[Figure, ...]
+    further: tuple[Figure, ...]
+    """What it measures without a figure."""
+    table_title: str
+    table: tuple[Trials, ...]
+    """Successes of evaluations, row by row."""
+    claims: tuple[Claim, ...]
+    success_tags: tuple[str, ...]
+    """Scalars that hold the success rate of training episodes; the first that a run has is taken."""

@@ -139,7 +139,7 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         initial_weight: Annotated[float, FINITE],
         final_weight: Annotated[float, FINITE],
         num_steps: Annotated[int, COUNT],
-        command_name: str = "object_pose",
+        command_name: str,
         metric: str = "success",
         raise_at: Annotated[float, FRACTION] = 0.8,
         lower_at: Annotated[float, FRACTION] = 0.5,
@@ -211,7 +211,7 @@ class modify_env_param(ManagerTermBase):
 class modify_term_cfg(modify_env_param):
     """Change the config of a manager's term: :class:`modify_env_param` with a shorter address.
 
-    ``"commands.object_pose.ranges.pos_x"`` stands for ``"command_manager.cfg.object_pose.ranges.pos_x"``, and so for
+    ``"commands.goal.ranges.pos_x"`` stands for ``"command_manager.cfg.goal.ranges.pos_x"``, and so for
     ``observations``, ``actions``, ``events``, ``rewards`` and ``terminations``.
     """
 

@@ -162,7 +162,7 @@ def _succeeding(env, outcomes):
 
 
 def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):
-    settings = {"initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 300, "window": 4}
+    settings = {"initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 300, "window": 4, "command_name": "goal"}
     term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
     ids = slice(None)
     log = []
@@ -187,6 +187,7 @@ def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):
 
 def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_it_is(env):
     settings = {"initial_weight": 0.0, "final_weight": -1.0, "num_steps": 100, "window": 1, "geometric": False}
+    settings["command_name"] = "goal"
     env.reward_manager.cfg.penalty.weight = -0.4  # as a checkpoint left it
     term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
     env.common_step_counter = 10
@@ -199,6 +200,6 @@ def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_
     [{"num_steps": 0}, {"window": 0}, {"raise_at": 0.3}, {"initial_weight": 0.0}, {"initial_weight": -1.0}],
 )
 def test_a_weight_that_follows_success_checks_its_settings(env, settings):
-    params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100} | settings
+    params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100, "command_name": "goal"} | settings
     with pytest.raises(ConfigError, match="anneal_reward_weight_on_success"):
         _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **params)

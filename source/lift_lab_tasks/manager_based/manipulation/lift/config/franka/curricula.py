@@ -45,9 +45,21 @@ class SuccessCurriculumCfg(ExplorationCfg):
 
     action_rate = CurrTerm(
         func=mdp.anneal_reward_weight_on_success,
-        params={"term_name": "action_rate", "initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 5000},
+        params={
+            "term_name": "action_rate",
+            "initial_weight": -1e-4,
+            "final_weight": -1e-1,
+            "num_steps": 5000,
+            "command_name": "object_pose",
+        },
     )
     joint_vel = CurrTerm(
         func=mdp.anneal_reward_weight_on_success,
-        params={"term_name": "joint_vel", "initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 5000},
+        params={
+            "term_name": "joint_vel",
+            "initial_weight": -1e-4,
+            "final_weight": -1e-1,
+            "num_steps": 5000,
+            "command_name": "object_pose",
+        },
     )
