@@ -47,7 +47,9 @@ class ManagerBasedEnv:
     engine takes them in one call.
     """
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"extras", "render_mode", "metadata"})
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"extras", "render_mode", "metadata", "_records", "_fuses_substeps", "_has_interval_events"}
+    )
 
     cfg: ManagerBasedEnvCfg
     """The config."""
@@ -107,9 +109,16 @@ class ManagerBasedEnv:
         self.scene.update(dt=self.physics_dt)
         self.event_manager.resolve_terms()
         self.load_managers()
-        terms = [self.action_manager.get_term(name) for name in self.action_manager.active_terms]
-        self._actions_are_constant = all(term.constant_over_substeps for term in terms)
+        self._plan_steps()
         self._apply_startup_events()
+
+    def _plan_steps(self) -> None:
+        """Decide once what no step can change."""
+        actions, records = self.action_manager, bool(self.recorder_manager.active_terms)
+        constant = all(actions.get_term(name).constant_over_substeps for name in actions.active_terms)
+        self._records = records
+        self._fuses_substeps = constant and not records and not self.scene.requires_substep_writes
+        self._has_interval_events = "interval" in self.event_manager.available_modes
 
     def _check_event_modes(self) -> None:
         """Find events that nobody would ever apply."""
@@ -252,7 +261,7 @@ class ManagerBasedEnv:
         self.action_manager.process_action(action_tensor(action, self.device))
         self.recorder_manager.record_pre_step()
         self._step_physics()
-        if "interval" in self.event_manager.available_modes:
+        if self._has_interval_events:
             self.event_manager.apply(mode="interval", dt=self.step_dt)
         self.obs_buf = self.observation_manager.compute(update_history=True)
         self.recorder_manager.record_post_step()
@@ -274,7 +283,7 @@ class ManagerBasedEnv:
         """Take ``decimation`` physics steps with the current actions; leaves the kinematics of the new state."""
         physics, decimation = self.sim.physics, self.cfg.decimation
         self._sim_step_counter += decimation
-        if self._actions_are_constant and not self.scene.requires_substep_writes and not self._records_substeps():
+        if self._fuses_substeps:
             self.action_manager.apply_action()
             self.scene.write_data_to_sim()
             physics.step(decimation)
@@ -291,10 +300,6 @@ class ManagerBasedEnv:
 
     def _check_health(self, physics: Physics) -> None:
         """React to environments in which the physics failed."""
-
-    def _records_substeps(self) -> bool:
-        """Whether a recorder wants to see every physics step."""
-        return bool(self.recorder_manager.active_terms)
 
     def _reset_idx(self, env_ids: torch.Tensor) -> None:
         """Reset some environments; ``env_ids`` is a LongTensor. The kinematics are not refreshed."""

@@ -177,6 +177,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         Raises:
             ValueError: the action has another shape, or is not made of numbers.
         """
+        dt = self.step_dt
         self.action_manager.process_action(action_tensor(action, self.device))
         self.recorder_manager.record_pre_step()
         self._failures = {}
@@ -187,10 +188,10 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.reset_buf = self.termination_manager.compute()
         self.reset_terminated = self.termination_manager.terminated
         self.reset_time_outs = self.termination_manager.time_outs
-        self.reward_buf = self.reward_manager.compute(dt=self.step_dt)
+        self.reward_buf = self.reward_manager.compute(dt=dt)
         if self._failures:
             self._end_failed_episodes()
-        if self.recorder_manager.active_terms:
+        if self._records:
             self.obs_buf = self.observation_manager.compute()
             self.recorder_manager.record_post_step()
 
@@ -208,9 +209,9 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self._refresh(reset_env_ids)
             self.recorder_manager.record_post_reset(reset_env_ids)
 
-        self.command_manager.compute(dt=self.step_dt)
-        if "interval" in self.event_manager.available_modes:
-            self.event_manager.apply(mode="interval", dt=self.step_dt)
+        self.command_manager.compute(dt=dt)
+        if self._has_interval_events:
+            self.event_manager.apply(mode="interval", dt=dt)
         self.obs_buf = self.observation_manager.compute(update_history=True)
         return self.obs_buf, self.reward_buf, self.reset_terminated, self.reset_time_outs, self.extras
 

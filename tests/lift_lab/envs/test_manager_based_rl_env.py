@@ -167,8 +167,8 @@ def test_substeps_in_one_call_and_one_by_one_reach_the_same_state(make_env):
     results = []
     for fused in (True, False):
         env = make_env()
-        assert env._actions_are_constant
-        env._actions_are_constant = fused
+        assert env._fuses_substeps
+        env._fuses_substeps = fused
         obs, _ = env.reset()
         told_s, update = [], env.scene.update
 
