@@ -1,15 +1,24 @@
-"""Imports run downward only, and importing a package does no work."""
+"""Rules between packages: imports run downward only, and what one package may know of another.
+
+``docs/architecture.md`` lists the rules in words. Each test reads the source as a syntax tree.
+"""
+
+from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "source"
 
-FLOORS = [
+LAYERS = [
     {"lift_lab.drawing", "lift_lab.utils"},
     {"lift_lab.usd"},
     {"lift_lab.sim"},
@@ -29,58 +38,99 @@ FLOORS = [
     {"lift_lab_assets", "lift_lab_rl", "lift_lab.app"},
     {"lift_lab_tasks"},
 ]
+"""From the lowest to the highest. A package imports from its own layer and from lower ones."""
+
+ENGINES = "lift_lab.sim.physics"
+"""The package that knows the physics engines by name."""
+
+ENGINE_NAMES = {"native", "warp"}
+
+TASK_WORDS = {"lift", "lifting", "cube", "franka", "panda", "cabinet", "sektion", "cartpole", "object_pose"}
+"""Words of tasks and robots, which the framework does not know."""
+
+SHAPE_WORDS = {"lift_lab.usd": {"cube"}, "lift_lab.sim.spawners": {"cube"}}
+"""In these packages a cube is a shape of USD."""
+
+KNOWN_ENGINE_NAMES = {
+    "lift_lab.envs.manager_based_rl_env",
+    "lift_lab.sim.engine_settings",
+    "lift_lab.sim.simulation_cfg",
+    "lift_lab_rl.physics_state",
+    "lift_lab_rl.state_nodes",
+    "lift_lab_tasks.utils.describe",
+}
+"""Modules that still name an engine. The list only becomes shorter."""
+
+KNOWN_TASK_WORDS = {
+    "lift_lab.app.cli",
+    "lift_lab.envs.mdp.curriculums",
+    "lift_lab.utils.assets",
+    "lift_lab_rl.study.paper",
+}
+"""Modules that still have words of a task. The list only becomes shorter."""
+
+PRIVATE_ACCESSES = 110
+"""How often a module uses a private attribute of an object of another one. The limit only becomes lower."""
 
 
-def _floor(module: str) -> int | None:
-    for height, rooms in enumerate(FLOORS):
-        if any(module == room or module.startswith(f"{room}.") for room in rooms):
-            return height
-    return None
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
 
 
-def _runtime_imports(path: Path) -> list[str]:
-    """Modules that a file imports when it is executed (not those for annotations only)."""
-    tree = ast.parse(path.read_text())
-    package = path.relative_to(SOURCE).with_suffix("").parts
-    package = package[:-1]
-    found = []
+def modules() -> list[tuple[str, Path]]:
+    """Name and path of every module; a package has the name ``package.__init__``."""
+    paths = sorted(SOURCE.rglob("*.py"))
+    return [(".".join(path.relative_to(SOURCE).with_suffix("").parts), path) for path in paths]
 
-    def visit(node: ast.AST) -> None:
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+
+def is_in(module: str, packages: set[str]) -> bool:
+    return any(module == package or module.startswith(f"{package}.") for package in packages)
+
+
+def layer_of(module: str) -> int | None:
+    return next((height for height, packages in enumerate(LAYERS) if is_in(module, packages)), None)
+
+
+def imports(module: str, path: Path, for_types_too: bool = False) -> Iterator[str]:
+    """Modules and names that a module imports when it is executed, and on request those for annotations alone."""
+    package = module.split(".")[:-1]
+
+    def visit(node: ast.AST) -> Iterator[str]:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test) and not for_types_too:
             return
         if isinstance(node, ast.Import):
-            found.extend(alias.name for alias in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
-            module = ".".join(part for part in (base, node.module or "") if part)
-            found.append(module)
-            found.extend(f"{module}.{alias.name}" for alias in node.names)
+            base = package[: len(package) - node.level + 1] if node.level else []
+            source = ".".join([*base, *([node.module] if node.module else [])])
+            yield source
+            yield from (f"{source}.{alias.name}" for alias in node.names)
         for child in ast.iter_child_nodes(node):
-            visit(child)
+            yield from visit(child)
 
-    visit(tree)
-    return found
-
-
-def _files() -> list[Path]:
-    return sorted(SOURCE.rglob("*.py"))
+    return visit(tree_of(path))
 
 
-def test_every_room_has_a_floor():
-    rooms = {p.parent.name for p in SOURCE.glob("lift_lab/*/__init__.py")}
-    known = {room.split(".")[1] for floor in FLOORS for room in floor if room.startswith("lift_lab.")}
-    assert rooms == known
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__")
+
+
+# -- imports
+
+
+def test_every_package_has_a_layer():
+    packages = {path.parent.name for path in SOURCE.glob("lift_lab/*/__init__.py")}
+    known = {name.split(".")[1] for layer in LAYERS for name in layer if name.startswith("lift_lab.")}
+    assert packages == known
 
 
 def test_imports_run_downward_only():
     wrong = []
-    for path in _files():
-        own = ".".join(path.relative_to(SOURCE).with_suffix("").parts)
-        height = _floor(own)
-        if height is None:
-            continue
-        for module in _runtime_imports(path):
-            other = _floor(module)
+    for own, path in modules():
+        height = layer_of(own)
+        for module in imports(own, path) if height is not None else ():
+            other = layer_of(module)
             if other is not None and other > height:
                 wrong.append(f"{own} imports {module}")
     assert not wrong
@@ -94,17 +144,32 @@ def test_imports_run_downward_only():
         ("skrl", ("lift_lab_rl.skrl",)),
         ("stable_baselines3", ("lift_lab_rl.sb3", "lift_lab_rl.sb3_runs")),
         ("viser", ("lift_lab.visualizers",)),
-        ("warp", ("lift_lab.sim.physics.warp",)),
-        ("mujoco_warp", ("lift_lab.sim.physics.warp",)),
+        ("warp", (f"{ENGINES}.warp",)),
+        ("mujoco_warp", (f"{ENGINES}.warp",)),
     ],
 )
-def test_a_heavy_package_is_imported_in_its_room_only(package, allowed):
+def test_a_heavy_package_is_imported_where_it_is_needed_only(package, allowed):
     wrong = []
-    for path in _files():
-        own = ".".join(path.relative_to(SOURCE).with_suffix("").parts)
-        if own.startswith(allowed):
-            continue
-        wrong += [own for module in _runtime_imports(path) if module.split(".")[0] == package]
+    for own, path in modules():
+        if not own.startswith(allowed):
+            wrong += [own for module in imports(own, path) if module.split(".")[0] == package]
+    assert not wrong
+
+
+def test_private_modules_and_names_are_imported_in_their_own_package_only():
+    """``a.b._c`` is for modules of ``a.b``, and so is the name ``_c`` of a module ``a.b.module``."""
+    wrong = []
+    for own, path in modules():
+        for module in imports(own, path, for_types_too=True):
+            parts = module.split(".")
+            first = next((i for i, part in enumerate(parts) if is_private(part)), None)
+            if first is None or parts[0] not in ("lift_lab", "lift_lab_assets", "lift_lab_rl", "lift_lab_tasks"):
+                continue
+            owner = parts[:first]
+            if SOURCE.joinpath(*owner).with_suffix(".py").is_file():  # a name in a module
+                owner = owner[:-1]
+            if not is_in(own, {".".join(owner)}):
+                wrong.append(f"{own} imports {module}")
     assert not wrong
 
 
@@ -123,3 +188,119 @@ def test_seeding_loads_no_compiler():
     """Torch's takes seconds to import, and its switch for deterministic algorithms does it."""
     code = "from lift_lab.utils.seed import configure_seed; configure_seed(1)"
     assert _loaded_by(code, ("torch._dynamo", "torch._inductor")) == "[]"
+
+
+# -- words
+
+
+def strings(tree: ast.Module) -> Iterator[ast.Constant]:
+    """String constants, without docstrings."""
+    bodies = (getattr(node, "body", None) for node in ast.walk(tree))
+    statements = (statement for body in bodies if isinstance(body, list) for statement in body)
+    docstrings = {id(s.value) for s in statements if isinstance(s, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node
+
+
+def identifiers(tree: ast.Module) -> Iterator[str]:
+    """Names of variables, attributes, arguments, functions, classes and imports."""
+    for node in ast.walk(tree):
+        for field in ("id", "attr", "arg", "name", "asname"):
+            if isinstance(name := getattr(node, field, None), str):
+                yield name
+
+
+def words(text: str) -> set[str]:
+    """Lower-case words of a text or an identifier, and its pairs of words; the product's own name is none."""
+    text = re.sub(r"(?i)lift[_-]?lab", " ", text)
+    found = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", text)]
+    return {*found, *(f"{one}_{two}" for one, two in pairwise(found))}
+
+
+def test_no_module_above_the_engines_knows_one_by_name():
+    named, imported = set(), []
+    for own, path in modules():
+        if is_in(own, {ENGINES}):
+            continue
+        if any(text.value in ENGINE_NAMES for text in strings(tree_of(path))):
+            named.add(own)
+        for module in imports(own, path, for_types_too=True):
+            name = module.removeprefix(f"{ENGINES}.").split(".")[0]
+            if module.startswith(f"{ENGINES}.") and name.startswith(tuple(ENGINE_NAMES)):
+                imported.append(f"{own} imports {module}")
+    assert named <= KNOWN_ENGINE_NAMES
+    assert not imported
+
+
+def test_the_framework_has_no_words_of_a_task():
+    """Examples in docstrings and comments may be of a task; identifiers and texts may not."""
+    wrong = {}
+    for own, path in modules():
+        if is_in(own, {"lift_lab", "lift_lab_rl"}) and own not in KNOWN_TASK_WORDS:
+            allowed = set().union(*(known for package, known in SHAPE_WORDS.items() if is_in(own, {package})))
+            texts = [*identifiers(tree_of(path)), *(str(text.value) for text in strings(tree_of(path)))]
+            if found := set().union(*map(words, texts)) & TASK_WORDS - allowed:
+                wrong[own] = found
+    assert not wrong
+
+
+# -- private attributes
+
+
+def own_attributes(tree: ast.Module) -> set[str]:
+    """Attributes and methods of the classes that a module defines."""
+    found = set()
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        for node in ast.walk(cls):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                found.add(node.name)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                found.add(node.id)
+            elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and _is_self(node.value):
+                found.add(node.attr)
+    return found
+
+
+def _is_self(node: ast.expr) -> bool:
+    if isinstance(node, ast.Call):
+        node = node.func
+    return isinstance(node, ast.Name) and node.id in ("self", "cls", "super")
+
+
+def private_accesses(tree: ast.Module) -> list[str]:
+    """Expressions ``x._y`` that reach into another module's object.
+
+    Here x is not ``self``, ``cls`` or ``super()``, and no class of the module defines ``_y``.
+    """
+    own = own_attributes(tree)
+    attributes = (node for node in ast.walk(tree) if isinstance(node, ast.Attribute))
+    return [
+        ast.unparse(node)
+        for node in attributes
+        if is_private(node.attr) and node.attr not in own and not _is_self(node.value)
+    ]
+
+
+def test_private_attributes_are_used_by_their_own_module():
+    found = [f"{own}: {access}" for own, path in modules() for access in private_accesses(tree_of(path))]
+    assert len(found) <= PRIVATE_ACCESSES, found
+
+
+def test_the_rules_find_what_they_are_for():
+    tree = ast.parse("""
+class Own:
+    "franka"
+    kept: int = 0
+    def __init__(self, other):
+        self._x = other._y
+        super()._z
+        other._x, cls._w, other.__dict__
+        self._deep._v = "Franka robots, object_pose" + other.cubeSize
+""")
+    assert private_accesses(tree) == ["other._y", "self._deep._v"]
+    assert [text.value for text in strings(tree)] == ["Franka robots, object_pose"]
+    assert words("Franka robots, object_pose of LiftLabRunner") >= {"franka", "robots", "object_pose", "runner"}
+    assert not words("lift_lab_rl LiftLabRunner lift-lab") & TASK_WORDS
+    assert "cube" in words("cubeSize") & words("_ScaledCube") & words("CUBE")
+    assert {"Own", "kept", "other", "cubeSize"} <= set(identifiers(tree))
