@@ -112,8 +112,11 @@ class Articulation(JointProperties):
         self._resolve_limits(model, device, num_envs)
         self._resolve_defaults(per_env)
         self._make_actuators(device, per_env)
-        for name in ("stiffness", "damping", "armature", "friction_coeff", "viscous_friction_coeff"):
-            setattr(data, f"default_joint_{name}", getattr(data, f"joint_{name}").clone())
+        data.default_joint_stiffness = data.joint_stiffness.clone()
+        data.default_joint_damping = data.joint_damping.clone()
+        data.default_joint_armature = data.joint_armature.clone()
+        data.default_joint_friction_coeff = data.joint_friction_coeff.clone()
+        data.default_joint_viscous_friction_coeff = data.joint_viscous_friction_coeff.clone()
         self._write_initial_state()
 
     def _body_ids(self) -> list[int]:

@@ -7,7 +7,8 @@ from typing import Any
 import torch
 
 from ..asset_base import as_columns, take_columns
-from ..body_data import BodyData, cached
+from ..asset_data import cached
+from ..body_data import BodyData
 
 
 class ArticulationData(BodyData):
@@ -41,6 +42,13 @@ class ArticulationData(BodyData):
     """Effort limits of the engine: the greater of both sides where a file's force range is lopsided; infinite where
     there is none, 1e9 for explicit models without ``effort_limit_sim`` (as Isaac Lab)."""
     gear_ratio: torch.Tensor
+    default_joint_stiffness: torch.Tensor
+    default_joint_damping: torch.Tensor
+    default_joint_armature: torch.Tensor
+    default_joint_friction_coeff: torch.Tensor
+    default_joint_viscous_friction_coeff: torch.Tensor
+    default_joint_pos_limits: torch.Tensor
+    """Limits at start, shape (num_envs, num_joints, 2)."""
 
     def __init__(self, *args: Any, qpos_ids: list[int], dof_ids: list[int], **kwargs: Any):
         super().__init__(*args, **kwargs)
@@ -106,16 +114,27 @@ class ArticulationData(BodyData):
             effort[:, self._explicit_ids] = self._explicit_effort
         return effort
 
+    @property
+    def joint_limits(self) -> torch.Tensor:
+        """Isaac Lab's older name for :attr:`joint_pos_limits`."""
+        return self.joint_pos_limits
 
-for _new, _name in (
-    ("joint_limits", "joint_pos_limits"),
-    ("default_joint_limits", "default_joint_pos_limits"),
-    ("joint_velocity_limits", "joint_vel_limits"),
-    ("joint_friction", "joint_friction_coeff"),
-    ("default_joint_friction", "default_joint_friction_coeff"),
-):
-    setattr(
-        ArticulationData,
-        _new,
-        property(lambda self, _name=_name: getattr(self, _name), doc=f"Isaac Lab's older name for {_name}."),
-    )
+    @property
+    def default_joint_limits(self) -> torch.Tensor:
+        """Isaac Lab's older name for :attr:`default_joint_pos_limits`."""
+        return self.default_joint_pos_limits
+
+    @property
+    def joint_velocity_limits(self) -> torch.Tensor:
+        """Isaac Lab's older name for :attr:`joint_vel_limits`."""
+        return self.joint_vel_limits
+
+    @property
+    def joint_friction(self) -> torch.Tensor:
+        """Isaac Lab's older name for :attr:`joint_friction_coeff`."""
+        return self.joint_friction_coeff
+
+    @property
+    def default_joint_friction(self) -> torch.Tensor:
+        """Isaac Lab's older name for :attr:`default_joint_friction_coeff`."""
+        return self.default_joint_friction_coeff

@@ -8,7 +8,7 @@ import torch
 
 from lift_lab.utils import math as math_utils
 
-from ..body_data import AssetData, cached
+from ..asset_data import AssetData, cached
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
