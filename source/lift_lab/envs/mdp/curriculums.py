@@ -17,6 +17,14 @@ if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
     from lift_lab.managers import CurriculumTermCfg
 
+__all__ = [
+    "anneal_reward_weight",
+    "anneal_reward_weight_on_success",
+    "modify_env_param",
+    "modify_reward_weight",
+    "modify_term_cfg",
+]
+
 
 class modify_reward_weight(ManagerTermBase):
     """Set the weight of a reward term once more than ``num_steps`` environment steps were taken.

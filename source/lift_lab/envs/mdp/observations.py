@@ -19,6 +19,33 @@ if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedEnv, ManagerBasedRLEnv
     from lift_lab.sensors import Imu
 
+__all__ = [
+    "base_ang_vel",
+    "base_lin_vel",
+    "base_pos_z",
+    "body_pose_w",
+    "body_projected_gravity_b",
+    "current_time_s",
+    "generated_commands",
+    "imu_ang_vel",
+    "imu_lin_acc",
+    "imu_orientation",
+    "imu_projected_gravity",
+    "joint_effort",
+    "joint_pos",
+    "joint_pos_limit_normalized",
+    "joint_pos_rel",
+    "joint_vel",
+    "joint_vel_rel",
+    "last_action",
+    "projected_gravity",
+    "remaining_time_s",
+    "root_ang_vel_w",
+    "root_lin_vel_w",
+    "root_pos_w",
+    "root_quat_w",
+]
+
 # -- root state
 
 

@@ -20,6 +20,32 @@ if TYPE_CHECKING:
     from lift_lab.managers import RewardTermCfg
     from lift_lab.sensors import ContactSensor
 
+__all__ = [
+    "action_l2",
+    "action_rate_l2",
+    "ang_vel_xy_l2",
+    "applied_torque_limits",
+    "base_height_l2",
+    "body_lin_acc_l2",
+    "contact_forces",
+    "desired_contacts",
+    "flat_orientation_l2",
+    "is_alive",
+    "is_terminated",
+    "is_terminated_term",
+    "joint_acc_l2",
+    "joint_deviation_l1",
+    "joint_pos_limits",
+    "joint_torques_l2",
+    "joint_vel_l1",
+    "joint_vel_l2",
+    "joint_vel_limits",
+    "lin_vel_z_l2",
+    "track_ang_vel_z_exp",
+    "track_lin_vel_xy_exp",
+    "undesired_contacts",
+]
+
 # -- general
 
 

@@ -15,6 +15,19 @@ if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
     from lift_lab.sensors import ContactSensor
 
+__all__ = [
+    "bad_orientation",
+    "command_resample",
+    "illegal_contact",
+    "joint_effort_out_of_limit",
+    "joint_pos_out_of_limit",
+    "joint_pos_out_of_manual_limit",
+    "joint_vel_out_of_limit",
+    "joint_vel_out_of_manual_limit",
+    "root_height_below_minimum",
+    "time_out",
+]
+
 
 def time_out(env: ManagerBasedRLEnv) -> torch.Tensor:
     """The episode has its full length."""

@@ -6,14 +6,6 @@ fingertips, and ``cabinet_frame``, whose first target is the handle, turned as a
 
 from lift_lab.envs.mdp import *
 
-from .observations import ee_pos, ee_quat, fingertips_pos, rel_ee_drawer_distance
-from .rewards import (
-    align_ee_handle,
-    align_grasp_around_handle,
-    approach_ee_handle,
-    approach_gripper_handle,
-    grasp_handle,
-    multi_stage_open_drawer,
-    open_drawer_bonus,
-)
-from .success import drawer_is_open
+from .observations import *
+from .rewards import *
+from .success import *

@@ -2,5 +2,5 @@
 
 from lift_lab.envs.mdp import *
 
-from .rewards import orientation_command_error, position_command_error, position_command_error_tanh
-from .success import pose_reached
+from .rewards import *
+from .success import *
