@@ -25,7 +25,7 @@ import warnings  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from lift_lab.app import AppLauncher, cli  # noqa: E402
-from lift_lab.app.arguments import positive  # noqa: E402
+from lift_lab.app.arguments import COMMON_SETTINGS, positive  # noqa: E402
 
 WARM_UP = 5
 """Steps before the clock starts."""
@@ -74,6 +74,7 @@ def parse():
     suites.add_argument("--train_seconds", type=positive, default=None, help="longest training of 'gpu' (default: 300)")
     suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels anew, to time it")
     AppLauncher.add_app_launcher_args(parser)
+    parser.settings |= COMMON_SETTINGS
     args, overrides = parser.parse()
     for name, users in USED_BY.items():
         if getattr(args, name) not in (None, False) and args.suite not in users:
@@ -84,7 +85,7 @@ def parse():
     if args.suite is None and args.task is None:
         parser.error("the following arguments are required: --task (or --suite)")
     args.steps, args.train_seconds = args.steps or 200, args.train_seconds or 300
-    return args, overrides
+    return args, overrides, parser.given_settings(args)
 
 
 def sizes(text: str) -> list[int]:
@@ -93,7 +94,7 @@ def sizes(text: str) -> list[int]:
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     if args.json is not None:
         from lift_lab_rl.files import check_target
 
@@ -105,7 +106,7 @@ def main() -> int:
         run_suite(args, overrides)
         return 0
     launcher = AppLauncher(args)
-    result = measure_task(args, overrides)
+    result = measure_task(args, overrides, flags)
     launcher.app.close()
     show(result)
     if args.json is not None:
@@ -116,7 +117,7 @@ def main() -> int:
     return 0
 
 
-def measure_task(args, overrides: list[str]) -> dict:
+def measure_task(args, overrides: list[str], flags: list[cli.FlagSetting]) -> dict:
     """Start the task and measure it; plain values by name."""
     import torch
 
@@ -130,13 +131,14 @@ def measure_task(args, overrides: list[str]) -> dict:
     from lift_lab.sim.physics import make_physics
     from lift_lab.utils.errors import ConfigError
     from lift_lab_rl.threads import use_one_torch_thread
-    from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose
+    from lift_lab_tasks.settings import Settings
 
     packages_s = time.perf_counter() - START - torch_s
     before = time.perf_counter()
-    env_cfg, _ = compose(args.task, None, overrides)
-    runs.apply_flags(env_cfg, None, args, args.task, overrides, training=args.profile_training is not None)
+    agent = None if args.profile_training is None else "rsl_rl_cfg_entry_point"
+    settings = Settings(args.task, agent, overrides, flags)
+    settings.resolve(training=agent is not None)
+    env_cfg = settings.env
     flag = "--profile" if args.profile else "--profile_training" if args.profile_training is not None else None
     if flag and env_cfg.sim.device != "cpu":
         raise ConfigError(f"{flag} counts CPU time; give --device cpu, not '{env_cfg.sim.device}'")
@@ -207,8 +209,7 @@ def measure_task(args, overrides: list[str]) -> dict:
         from benchmark_profile import show_profile
         from benchmark_training import profile_training
 
-        _, agent_cfg = compose(args.task, "rsl_rl_cfg_entry_point", overrides)
-        result["profile_training_s"] = profile_training(env, agent_cfg, args.profile_training)
+        result["profile_training_s"] = profile_training(env, settings.agent, args.profile_training)
         show_profile(result["profile_training_s"], f"CPU time of a training iteration of {inner.num_envs} environments")
     if args.memory_steps is not None:
         result["memory"] = watch_memory(env, args.memory_steps, args.seed)

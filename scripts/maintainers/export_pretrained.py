@@ -11,6 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
+from lift_lab.app.arguments import COMMON_SETTINGS
 
 
 def parse():
@@ -21,11 +22,13 @@ def parse():
     parser.add_argument("--out", type=Path, default=None, help="folder (default: assets/pretrained)")
     parser.add_argument("--agent", type=str, default="rsl_rl_cfg_entry_point", help="key of the agent's configuration")
     AppLauncher.add_app_launcher_args(parser)
-    return parser.parse()
+    parser.settings["device"] = COMMON_SETTINGS["device"]
+    args, overrides = parser.parse()
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     import gymnasium as gym
@@ -35,15 +38,15 @@ def main() -> int:
     from lift_lab_rl.files import read_json
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.rsl_rl.pretrained import write_pretrained
+    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose
 
     results = None if args.evaluation is None else read_json(args.evaluation)
     name = runs.pretrained_name(args.task)
-    args.num_envs = 16
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    env = gym.make(args.task, cfg=env_cfg)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    settings.resolve(num_envs=16)
+    agent_cfg = settings.agent
+    env = gym.make(args.task, cfg=settings.env)
     try:
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
         runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), None, agent_cfg.device)

@@ -21,7 +21,9 @@ def make_parser(description: str | None) -> cli.Parser:
     Args:
         description: the script's docstring.
     """
-    return task_parser(description, "rsl_rl_cfg_entry_point", "logs/rsl_rl")
+    parser = task_parser(description, "rsl_rl_cfg_entry_point", "logs/rsl_rl")
+    parser.settings["experiment_name"] = ("agent.experiment_name",)
+    return parser
 
 
 def add_checkpoint_args(parser: argparse.ArgumentParser) -> None:

@@ -39,11 +39,11 @@ def parse():
     check_checkpoint_args(parser, args)
     if "standard" in args.perturb:
         parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
-    return args, overrides
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     import gymnasium as gym
@@ -55,17 +55,16 @@ def main() -> int:
     from lift_lab_rl.perturbations import perturb_all
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs, task_kwargs
-    from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.parse_cfg import names_path
 
     check_agent(args)
     if args.json is not None:
         check_target(args.json)
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
-        args.num_envs = min(args.episodes, MOST_ENVS)
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    settings.resolve(num_envs=min(args.episodes, MOST_ENVS))
+    env_cfg, agent_cfg = settings.env, settings.agent
+    runs.check_run_names(agent_cfg)
     perturb_all(env_cfg, args.perturb)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)

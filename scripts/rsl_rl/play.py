@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cli_args import add_checkpoint_args, check_agent, check_checkpoint_args, make_parser, positive
-from video_args import add_video_args, apply_video_args, given_video_args
+from video_args import add_video_args, check_video_args, given_video_args
 from watching import SCRIPTED, add_watching_args, check_watching_args, is_asked, watch
 
 from lift_lab.app import AppLauncher, cli
@@ -36,16 +36,17 @@ def parse():
         parser.error("--video_length says how long a video is: add --video")
     check_checkpoint_args(parser, args)
     check_watching_args(parser, args, given_video_args(args))
+    check_video_args(parser, args)
     args.steps = args.steps or args.video_length
     args.video, args.video_file = args.video is not None, args.video
-    return args, overrides
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
     if is_asked(args):
-        return watch(args, overrides)
+        return watch(args, overrides, flags)
 
     import gymnasium as gym
     import torch
@@ -62,15 +63,16 @@ def main() -> int:
     from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
+    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose
 
     if args.video:
         require_video()
     check_agent(args, *SCRIPTED)
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    apply_video_args(args, env_cfg)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    settings.resolve()
+    env_cfg, agent_cfg = settings.env, settings.agent
+    runs.check_run_names(agent_cfg)
     checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
     runs.note_other_task(checkpoint, args.task)
     if env_cfg.sim.device == "cpu":

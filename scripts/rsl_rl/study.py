@@ -28,6 +28,7 @@ from typing import Any
 from cli_args import positive, split_overrides
 
 from lift_lab.app import children, cli, endings
+from lift_lab.app.arguments import COMMON_SETTINGS
 
 SCRIPTS = Path(__file__).resolve().parent
 
@@ -64,12 +65,16 @@ def parse():
     parser.add_argument("--perturb_episodes", type=positive, default=None, help="episodes under each perturbation")
     parser.add_argument("--no_report", action="store_true", help="leave the report out")
     overrides, words = split_overrides(sys.argv[1:])
+    parser.settings |= {name: COMMON_SETTINGS[name] for name in ("num_envs", "device", "num_threads")}
+    parser.settings["max_iterations"] = ("agent.max_iterations",)
     args, rest = parser.parse(words)
     if rest:
         parser.error(f"unexpected argument '{rest[0]}'")
     if args.perturb_episodes is not None and not args.perturb:
         parser.error("--perturb_episodes counts the episodes under each perturbation: add --perturb")
-    return args, overrides
+    if args.num_threads is None and args.processes > 1:
+        args.num_threads = max(1, (os.cpu_count() or 1) // args.processes)
+    return args, overrides, parser.given_settings(args)
 
 
 def seed(text: str) -> int:
@@ -89,7 +94,8 @@ def folder_name(text: str) -> str:
 class Study:
     """Runs jobs in child processes and keeps the results file up to date."""
 
-    def __init__(self, args: Any, overrides: list[str], jobs: list[Any], perturb: list[str]):
+    def __init__(self, args: Any, overrides: list[str], flags: list[Any], jobs: list[Any], perturb: list[str]):
+        self.flags = flags
         self.args, self.overrides, self.jobs, self.perturb = args, overrides, jobs, perturb
         self.folder = (Path("logs") / "rsl_rl" / args.name).absolute()
         self.results = self.folder / "results.json"
@@ -103,9 +109,7 @@ class Study:
             "num_envs": args.num_envs,
             "overrides": overrides,
         }
-        share = max(1, (os.cpu_count() or 1) // args.processes)
-        threads = args.num_threads or (share if args.processes > 1 else None)
-        self._common = ["--num_threads", str(threads)] if threads else []
+        self._common = ["--num_threads", str(args.num_threads)] if args.num_threads else []
         self._common += ["--device", args.device] if args.device else []
 
     def check(self) -> None:
@@ -117,8 +121,7 @@ class Study:
         from lift_lab.sim.simulation_context import resolve_device
         from lift_lab_rl.perturbations import parse_perturbation, perturb
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
-        from lift_lab_tasks.utils.hydra import compose
-        from lift_lab_tasks.utils.runs import apply_flags, check_given_once
+        from lift_lab_tasks.settings import Settings
 
         for text in self.perturb:
             parse_perturbation(text)
@@ -130,31 +133,24 @@ class Study:
             for text in (None, *self.perturb):
                 words = [*variant.overrides, *self.overrides]
                 self._check_overrides(words)
-                env_cfg, agents[label] = compose(variant.task, "rsl_rl_cfg_entry_point", words)
-                check_given_once(env_cfg, agents[label], self._given(), words)
+                settings = Settings(variant.task, "rsl_rl_cfg_entry_point", words, self.flags)
                 if text is not None:
-                    perturb(env_cfg, text)
+                    perturb(settings.env, text)
                     continue
-                flags = argparse.Namespace(device=self.args.device, num_envs=self.args.num_envs)
-                apply_flags(env_cfg, agents[label], flags, variant.task, words, training=True)
-        length = {label: self.args.max_iterations or agent.max_iterations for label, agent in agents.items()}
+                settings.resolve(training=True)
+                agents[label] = settings.agent
+        length = {label: agent.max_iterations for label, agent in agents.items()}
         for job in self.jobs:  # what an earlier call has trained is found when it is needed
             label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None
             if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
                 check_start(job.variant, length[label], agents[origin].save_interval, length[origin])
 
-    def _given(self) -> argparse.Namespace:
-        """The flags that every training gets."""
-        names = ("num_envs", "device", "max_iterations")
-        threads = int(self._common[1]) if "--num_threads" in self._common else None
-        return argparse.Namespace(num_threads=threads, **{name: getattr(self.args, name) for name in names})
-
     def _check_overrides(self, words: list[str]) -> None:
         from lift_lab.utils.errors import ConfigError
-        from lift_lab_tasks.utils.parse_cfg import names_path
+        from lift_lab_tasks.utils.hydra import given_paths
 
         for path, decider in _DECIDED.items():
-            text = next((word for word in words if names_path([word], path)), None)
+            text = next((word for word in words if path in given_paths([word])), None)
             if text is not None:
                 raise ConfigError(f"override '{text}': {path} of a study is set by {decider}; leave it out")
 
@@ -333,7 +329,7 @@ class Study:
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.perturbations import STANDARD
@@ -350,7 +346,7 @@ def main() -> int:
     perturb = [name for text in args.perturb for name in (STANDARD if text == "standard" else (text,))]
     tasks = args.tasks or (PAPER.baseline_task, PAPER.curriculum_task)
     jobs = make_jobs([Variant.parse(text) for text in tasks], args.seeds)
-    study = Study(args, overrides, jobs, perturb)
+    study = Study(args, overrides, flags, jobs, perturb)
     study.check()
     study.prepare()
     try:

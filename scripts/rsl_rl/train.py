@@ -15,7 +15,7 @@ import sys
 import time
 
 from cli_args import check_agent, make_parser, positive
-from video_args import add_video_args, apply_video_args
+from video_args import add_video_args, check_video_args
 
 from lift_lab.app import AppLauncher, cli
 from lift_lab.app.arguments import add_training_video_args, check_training_video_args
@@ -39,13 +39,16 @@ def parse():
     )
     add_training_video_args(parser)
     add_video_args(parser)
+    names = ("max_iterations", "run_name", "load_run", "logger")
+    parser.settings |= {name: (f"agent.{name}",) for name in names}
     args, overrides = parser.parse()
     check_training_video_args(parser, args)
-    return args, overrides
+    check_video_args(parser, args)
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     import gymnasium as gym
@@ -62,8 +65,8 @@ def main() -> int:
     from lift_lab_rl.script_steps import film_training, write_configurations
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
+    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs
-    from lift_lab_tasks.utils.hydra import compose
 
     console = Console()
     place = distributed.place(args.distributed)
@@ -77,24 +80,21 @@ def main() -> int:
             print(text, file=sys.stderr)
 
     check_agent(args)
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    runs.check_given_once(env_cfg, agent_cfg, args, overrides)
-    for name in ("max_iterations", "run_name", "experiment_name", "load_run", "logger"):
-        if getattr(args, name) is not None:
-            setattr(agent_cfg, name, getattr(args, name))
+    settings = Settings(args.task, args.agent, overrides, flags)
+    env_cfg, agent_cfg = settings.env, settings.agent
     require_logger(agent_cfg.logger)
     if args.log_project_name is not None:
         if agent_cfg.logger == "tensorboard":
             raise ConfigError("--log_project_name needs --logger wandb")
-        setattr(agent_cfg, f"{agent_cfg.logger}_project", args.log_project_name)
+        settings.set("--log_project_name", f"agent.{agent_cfg.logger}_project", args.log_project_name)
     if place.is_distributed:
         for cfg in (env_cfg.sim, agent_cfg):
             cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
-    runs.note_annealing(agent_cfg, overrides, say)
+    settings.resolve(training=True)
+    runs.check_run_names(agent_cfg)
+    runs.note_annealing(agent_cfg, settings.given, say)
     env_cfg.sim.device, agent_cfg.device = place.device(env_cfg.sim.device), place.device(agent_cfg.device)
     args.video = args.video and place.is_main
-    apply_video_args(args, env_cfg)
     resume = args.resume or agent_cfg.resume
     if args.video:
         require_video()
@@ -118,8 +118,7 @@ def main() -> int:
         run_dir = distributed.from_main(runs.new_run_dir(agent_cfg) if place.is_main else None)
         env_cfg.log_dir = str(run_dir)
         if place.is_distributed:
-            seeds = distributed.from_main((env_cfg.seed, agent_cfg.seed))
-            env_cfg.seed, agent_cfg.seed = (None if seed is None else seed + place.rank for seed in seeds)
+            settings.seed = distributed.from_main(settings.seed) + place.rank
         fingerprint = runs.fingerprint(env_cfg, agent_cfg)
         env = None
         try:

@@ -48,7 +48,7 @@ def is_asked(args: argparse.Namespace) -> bool:
     return args.viewer or args.replay is not None or args.agent in SCRIPTED
 
 
-def watch(args: argparse.Namespace, overrides: list[str]) -> int:
+def watch(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting]) -> int:
     """Show a policy.
 
     Raises:
@@ -65,15 +65,15 @@ def watch(args: argparse.Namespace, overrides: list[str]) -> int:
     require_viser()
     if args.replay is not None:
         check_target(args.replay)
-        return _run(args, overrides, None)
+        return _run(args, overrides, flags, None)
     server = open_server(DEFAULT_PORT if args.port is None else args.port, args.task)
     try:
-        return _run(args, overrides, server)
+        return _run(args, overrides, flags, server)
     finally:
         server.stop()
 
 
-def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
+def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting], server) -> int:
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
@@ -82,16 +82,14 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.viewer import ViewerSession, record_replay
+    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs, task_kwargs
-    from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.parse_cfg import names_path
 
     check_agent(args, *SCRIPTED)
-    env_cfg, agent_cfg = compose(args.task, None if args.agent in SCRIPTED else args.agent, overrides)
-    configured = env_cfg.scene.num_envs
-    runs.apply_flags(env_cfg, agent_cfg, args, args.task, overrides)
-    if args.num_envs is None and not names_path(overrides, "env.scene.num_envs"):
-        env_cfg.scene.num_envs = min(configured, _MOST_ENVS)
+    settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, flags)
+    settings.resolve(num_envs=min(settings.env.scene.num_envs, _MOST_ENVS))
+    env_cfg, agent_cfg = settings.env, settings.agent
+    runs.check_run_names(agent_cfg)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
     checkpoint = (
         None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)

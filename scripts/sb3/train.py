@@ -22,11 +22,13 @@ def parse():
     parser.add_argument("--log_interval", type=positive, default=1, help="rollouts between two lines of the log")
     parser.add_argument("--save_interval", type=positive, default=1000, help="environment steps between two models")
     parser.add_argument("--keep_all_info", action="store_true", help="put the environment's log into the infos")
-    return check_training_args(parser, *parser.parse())
+    args, overrides = parser.parse()
+    check_training_args(parser, args)
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     from lift_lab_rl.extras import require_package
@@ -37,19 +39,24 @@ def main() -> int:
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.library_files import read_sb3
+    from lift_lab_rl.library_ranges import check_library_cfg
     from lift_lab_rl.sb3 import LogCallback, Sb3VecEnvWrapper
     from lift_lab_rl.sb3_runs import SaveCallback, build, save
     from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
-    from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
-    from lift_lab_tasks.utils.runs import discard_if_empty, make_run_dir
+    from lift_lab_tasks.settings import Settings
+    from lift_lab_tasks.utils.library_runs import model_file, task_folder
+    from lift_lab_tasks.utils.runs import check_run_names, discard_if_empty, make_run_dir
 
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    check_library_cfg(settings.agent, args.agent)
+    settings.resolve(training=True)
+    env_cfg, agent_cfg = settings.env, settings.agent
+    check_run_names(args)
     if args.max_iterations is not None:
-        agent_cfg["n_timesteps"] = args.max_iterations * agent_cfg["n_steps"] * env_cfg.scene.num_envs
+        samples = args.max_iterations * agent_cfg["n_steps"] * env_cfg.scene.num_envs
+        settings.set("--max_iterations", "agent.n_timesteps", samples)
     if args.video:
         require_video()
     checkpoint = None

@@ -20,11 +20,11 @@ def parse():
     args, overrides = parser.parse()
     if args.use_last_checkpoint and args.checkpoint is not None:
         parser.error("--use_last_checkpoint and --checkpoint both name the model: give one")
-    return args, overrides
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     from lift_lab_rl.extras import require_package
@@ -35,19 +35,23 @@ def main() -> int:
     from skrl.utils.runner.torch import Runner
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab_rl.library_ranges import refusals_of
+    from lift_lab_rl.library_ranges import check_library_cfg, refusals_of
     from lift_lab_rl.script_steps import film_playing, print_played, print_videos
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.skrl_runs import load_agent
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
-    from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.library_runs import apply_dict_flags, find_model, task_folder
+    from lift_lab_tasks.settings import Settings
+    from lift_lab_tasks.utils.library_runs import find_model, task_folder
+    from lift_lab_tasks.utils.runs import check_run_names
 
     if args.video:
         require_video()
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    check_library_cfg(settings.agent, args.agent)
+    settings.resolve()
+    env_cfg, agent_cfg = settings.env, settings.agent
+    check_run_names(args)
     experiment = agent_cfg["agent"]["experiment"]
     parent = LOGS / (args.experiment_name or experiment["directory"] or task_folder(args.task))
     last = r"agent_\d+\.pt"

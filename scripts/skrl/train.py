@@ -21,11 +21,13 @@ LOGS = Path("logs") / "skrl"
 
 def parse():
     parser = training_parser(__doc__, "skrl")
-    return check_training_args(parser, *parser.parse())
+    args, overrides = parser.parse()
+    check_training_args(parser, args)
+    return args, overrides, parser.given_settings(args)
 
 
 def main() -> int:
-    args, overrides = parse()
+    args, overrides, flags = parse()
     launcher = AppLauncher(args)
 
     from lift_lab_rl.extras import require_package
@@ -36,20 +38,24 @@ def main() -> int:
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.library_files import read_skrl
-    from lift_lab_rl.library_ranges import check_skrl_mini_batches, refusals_of
+    from lift_lab_rl.library_ranges import check_library_cfg, check_skrl_mini_batches, refusals_of
     from lift_lab_rl.script_steps import film_training, until_interrupted, write_configurations
     from lift_lab_rl.skrl import SkrlVecEnvWrapper
     from lift_lab_rl.skrl_runs import load_agent
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
-    from lift_lab_tasks.utils.hydra import compose
-    from lift_lab_tasks.utils.library_runs import apply_dict_flags, model_file, task_folder
+    from lift_lab_tasks.settings import Settings
+    from lift_lab_tasks.utils.library_runs import model_file, task_folder
     from lift_lab_tasks.utils.runs import check_run_names, discard_empty_parents, make_run_dir
 
-    env_cfg, agent_cfg = compose(args.task, args.agent, overrides)
-    apply_dict_flags(env_cfg, agent_cfg, args, args.task, overrides, training=True)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    check_library_cfg(settings.agent, args.agent)
+    settings.resolve(training=True)
+    env_cfg, agent_cfg = settings.env, settings.agent
+    check_run_names(args)
     if args.max_iterations is not None:
-        agent_cfg["trainer"]["timesteps"] = args.max_iterations * agent_cfg["agent"]["rollouts"]
+        steps = args.max_iterations * agent_cfg["agent"]["rollouts"]
+        settings.set("--max_iterations", "agent.trainer.timesteps", steps)
     agent_cfg["trainer"]["close_environment_at_exit"] = False
     if args.video:
         require_video()

@@ -57,15 +57,19 @@ _SKRL_NEEDED = (
 """Entries that may be missing, which leaves the library's default, but not null."""
 
 
-def check_library_cfg(cfg: dict[str, Any]) -> None:
+def check_library_cfg(cfg: Any, agent: str = "agent") -> None:
     """Check the numbers of an agent's configuration.
 
     Args:
         cfg: configuration of skrl's runner, which has a ``trainer``, or of Stable-Baselines3's PPO.
+        agent: key of the configuration, for the user.
 
     Raises:
-        ConfigError: a number is NaN or outside of its range, or an entry that is needed is None; names it.
+        ConfigError: the configuration is no dictionary, a number is NaN or outside of its range, or an entry that is
+            needed is None; names it.
     """
+    if not isinstance(cfg, dict):
+        raise ConfigError(f"--agent {agent} is a {type(cfg).__name__}: this library reads dictionaries")
     ranges, needed = (SKRL_RANGES, _SKRL_NEEDED) if "trainer" in cfg else (SB3_RANGES, _SB3_NEEDED)
     for name in needed.split():
         *owners, last = name.split(".")

@@ -8,8 +8,8 @@ import torch
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError
+from lift_lab_tasks.settings import Settings
 from lift_lab_tasks.utils.hydra import compose
-from lift_lab_tasks.utils.runs import leave_out_exploration
 
 TASK = "Lift-Cube-Franka-CL"
 ENVS = 4
@@ -69,16 +69,18 @@ def test_nothing_is_held_in_a_task_that_does_not_pay_for_lifting(env):
 
 
 def test_a_policy_is_shown_and_judged_without_the_hold():
-    cfg, _ = compose(TASK, "rsl_rl_cfg_entry_point", [])
-    leave_out_exploration(cfg, [])
+    settings = Settings(TASK, None, [])
+    settings.resolve()
+    cfg = settings.env
     assert cfg.curriculum.gripper_hold is None
     assert cfg.curriculum.joint_vel is not None
 
 
 def test_a_hold_that_is_asked_for_stays():
     override = "env.curriculum.gripper_hold.params.close_time_s=0.2"
-    cfg, _ = compose(TASK, "rsl_rl_cfg_entry_point", [override])
-    leave_out_exploration(cfg, [override])
+    settings = Settings(TASK, None, [override])
+    settings.resolve()
+    cfg = settings.env
     assert cfg.curriculum.gripper_hold.params["close_time_s"] == 0.2
 
 

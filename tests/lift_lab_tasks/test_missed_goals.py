@@ -10,8 +10,8 @@ import torch
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import LiftLabError
+from lift_lab_tasks.settings import Settings
 from lift_lab_tasks.utils.hydra import compose
-from lift_lab_tasks.utils.runs import leave_out_exploration
 
 TASK = "Lift-Cube-Franka-CL"
 ENVS = 300
@@ -113,8 +113,9 @@ def test_before_it_begins_nothing_is_drawn_that_would_not_be_without_it(make):
 
 
 def test_a_policy_is_shown_and_judged_with_uniform_goals():
-    cfg, _ = compose(TASK, "rsl_rl_cfg_entry_point", [])
-    leave_out_exploration(cfg, [])
+    settings = Settings(TASK, None, [])
+    settings.resolve()
+    cfg = settings.env
     assert cfg.curriculum.missed_goals is None
 
 

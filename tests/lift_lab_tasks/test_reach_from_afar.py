@@ -8,8 +8,8 @@ import torch
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError
+from lift_lab_tasks.settings import Settings
 from lift_lab_tasks.utils.hydra import compose
-from lift_lab_tasks.utils.runs import leave_out_exploration
 
 TASKS = ["Lift-Cube-Franka-IK-Rel", "Lift-Cube-Franka-IK-Abs"]
 TERM = "env.curriculum.reach_from_afar"
@@ -43,10 +43,11 @@ def test_the_wider_scale_holds_until_its_step_and_then_the_terms_own(env):
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("preset", ["explore", "step", "linear", "success"])
 def test_every_curriculum_of_a_task_in_task_space_has_it_and_a_judged_policy_does_not(task, preset):
-    cfg, _ = compose(task, "rsl_rl_cfg_entry_point", [f"env/curriculum={preset}"])
+    settings = Settings(task, None, [f"env/curriculum={preset}"])
+    cfg = settings.env
     assert cfg.curriculum.reach_from_afar is not None
     assert cfg.rewards.reaching_object.params["std"] == 0.1
-    leave_out_exploration(cfg, [])
+    settings.resolve()
     assert cfg.curriculum.reach_from_afar is None
 
 

@@ -11,6 +11,15 @@ TRAINING_VIDEO = {"video_length": 200, "video_interval": 2000}
 """Flags of the videos of a training and their defaults, in steps."""
 
 
+COMMON_SETTINGS = {
+    "num_envs": ("env.scene.num_envs",),
+    "seed": ("env.seed", "agent.seed"),
+    "device": ("env.sim.device", "agent.device"),
+    "num_threads": ("env.sim.num_threads", "agent.num_threads"),
+}
+"""What the flags of every script set, where a configuration has it."""
+
+
 def task_parser(description: str | None, agent: str, logs: str) -> Parser:
     """A parser with the flags of every script that runs a task with an agent.
 
@@ -29,6 +38,7 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
     )
     parser.add_argument("--experiment_name", type=str, default=None, help=f"folder of the runs under {logs}")
     AppLauncher.add_app_launcher_args(parser)
+    parser.settings |= COMMON_SETTINGS
     return parser
 
 
@@ -47,14 +57,11 @@ def training_parser(description: str | None, library: str) -> Parser:
     return parser
 
 
-def check_training_args(
-    parser: Parser, args: argparse.Namespace, overrides: list[str]
-) -> tuple[argparse.Namespace, list[str]]:
-    """Return the flags and overrides of :func:`training_parser`'s parser, or end with one line where they disagree."""
+def check_training_args(parser: Parser, args: argparse.Namespace) -> None:
+    """End with one line where flags of :func:`training_parser`'s parser disagree."""
     if args.trust and args.checkpoint is None:
         parser.error("--trust says how a checkpoint is read: add --checkpoint")
     check_training_video_args(parser, args)
-    return args, overrides
 
 
 def playing_parser(description: str | None, library: str, model: str, numbered: str) -> Parser:

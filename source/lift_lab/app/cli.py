@@ -12,6 +12,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from typing import Any, NamedTuple
 
 from . import children, endings, output
 
@@ -25,8 +26,22 @@ USAGE_ERROR = 2
 """Exit status after a user's mistake."""
 
 
+class FlagSetting(NamedTuple):
+    """An entry of a configuration that a flag sets."""
+
+    flag: str
+    """The flag, such as ``--num_envs``."""
+    path: str
+    """Path of the entry, such as ``env.scene.num_envs``."""
+    value: Any
+
+
 class Parser(argparse.ArgumentParser):
-    """Argument parser whose errors are one line, and that takes ``key=value`` overrides after its flags."""
+    """Argument parser whose errors are one line, and that takes ``key=value`` overrides after its flags.
+
+    Attributes:
+        settings: name of a flag, without dashes -> paths of the entries of the configurations that it sets.
+    """
 
     def __init__(self, description: str | None, overrides: bool = True, multirun: bool | None = None):
         """Make an empty parser.
@@ -43,6 +58,7 @@ class Parser(argparse.ArgumentParser):
         )
         first = (description or "").strip().partition("\n\n")[0]
         super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
+        self.settings: dict[str, tuple[str, ...]] = {}
         self.takes_overrides = overrides
         self.takes_multirun = overrides if multirun is None else multirun
         if self.takes_multirun:
@@ -69,6 +85,16 @@ class Parser(argparse.ArgumentParser):
 
             raise SystemExit(run_each([sys.argv[0], *(sys.argv[1:] if argv is None else argv)], rest))
         return args, rest
+
+    def given_settings(self, args: argparse.Namespace) -> list[FlagSetting]:
+        """The entries of configurations that the given flags set, by :attr:`settings`."""
+        given = {name: getattr(args, name, None) for name in self.settings}
+        return [
+            FlagSetting(f"--{name}", path, value)
+            for name, value in given.items()
+            if value is not None and value is not False
+            for path in self.settings[name]
+        ]
 
     def error(self, message: str) -> None:  # type: ignore[override]
         """Print one line and exit."""

@@ -18,7 +18,6 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
-import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, get_args
@@ -33,6 +32,7 @@ from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from lift_lab.app.cli import FlagSetting
 from lift_lab.app.multirun import FLAGS, expand
 from lift_lab.utils import update_class_from_dict
 from lift_lab.utils.config_update import field_hints
@@ -41,18 +41,23 @@ from lift_lab.utils.ranges import may_be_none
 
 from .parse_cfg import ENV_CFG, load_cfg_from_registry, resolve_entry_point, task_kwargs
 
-_PRESET = re.compile(r"(\w+(?:/\w+)+)=(.*)")
 _STORE = "lift_lab_task"
 _SEVERAL = "override '{}' lists several values: add --multirun to run once for each"
 
 
-def compose(task_name: str, agent_cfg_entry_point: str | None, overrides: Sequence[str] = ()) -> tuple[Any, Any]:
+def compose(
+    task_name: str,
+    agent_cfg_entry_point: str | None,
+    overrides: Sequence[str] = (),
+    flags: Sequence[FlagSetting] = (),
+) -> tuple[Any, Any]:
     """Configurations of a task with overrides applied.
 
     Args:
         task_name: id of the task.
         agent_cfg_entry_point: key of the agent's configuration, e.g. ``"rsl_rl_cfg_entry_point"``; None for none.
         overrides: in hydra's grammar, see the module.
+        flags: entries that are set before the overrides, where the configurations have them.
 
     Returns:
         Environment and agent configuration; the latter None if there is none.
@@ -64,11 +69,69 @@ def compose(task_name: str, agent_cfg_entry_point: str | None, overrides: Sequen
     cfgs: dict[str, Any] = {"env": load_cfg_from_registry(task_name, ENV_CFG)}
     if agent_cfg_entry_point:
         cfgs["agent"] = load_cfg_from_registry(task_name, agent_cfg_entry_point)
-    presets = [text for text in overrides if _PRESET.fullmatch(text)]
-    for text in presets:
-        _apply_preset(cfgs, text, task_kwargs(task_name).get("presets", {}))
-    _apply(cfgs, [text for text in overrides if text not in presets])
+    parsed = [_parse(text) for text in overrides]
+    for override in parsed:
+        if _is_preset(override):
+            _apply_preset(cfgs, override, task_kwargs(task_name).get("presets", {}))
+    for _, path, value in flags:
+        if find_entry(cfgs, path)[0]:
+            set_entry(cfgs, path, value)
+    _apply(cfgs, [override for override in parsed if not _is_preset(override)])
     return cfgs["env"], cfgs.get("agent")
+
+
+def given_paths(overrides: Sequence[str]) -> set[str]:
+    """Paths of all entries that overrides set, also of those within a dictionary. A preset sets none.
+
+    Args:
+        overrides: in hydra's grammar, see the module.
+    """
+    found: set[str] = set()
+
+    def add(path: str, value: Any) -> None:
+        found.add(path)
+        if isinstance(value, dict):
+            for key, entry in value.items():
+                add(f"{path}.{key}", entry)
+
+    for override in map(_parse, overrides):
+        if not _is_preset(override):
+            add(override.key_or_group, override.value())
+    return found
+
+
+def find_entry(cfgs: dict[str, Any], path: str) -> tuple[bool, Any]:
+    """Whether configurations have an entry, and its value.
+
+    Args:
+        cfgs: ``env`` and ``agent`` to their configurations.
+        path: of the entry, such as ``env.scene.num_envs``.
+    """
+    node: Any = cfgs
+    for name in path.split("."):
+        if name not in _children(node):
+            return False, None
+        node = _get(node, name)
+    return True, node
+
+
+def set_entry(cfgs: dict[str, Any], path: str, value: Any) -> None:
+    """Set an entry of configurations, unchecked.
+
+    Args:
+        cfgs: ``env`` and ``agent`` to their configurations.
+        path: of the entry.
+        value: its value.
+
+    Raises:
+        ConfigError: there is nothing that could have the entry.
+    """
+    *parents, name = path.split(".")
+    owner = _find(cfgs, parents, path)
+    if isinstance(owner, dict):
+        owner[name] = value
+    else:
+        setattr(owner, name, value)
 
 
 def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Callable:
@@ -100,30 +163,29 @@ def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Call
 # -- presets
 
 
-def _apply_preset(cfgs: dict[str, Any], text: str, presets: dict[str, dict[str, Any]]) -> None:
-    group, _, choice = text.partition("=")
+def _is_preset(override: Override) -> bool:
+    return override.type == OverrideType.CHANGE and "/" in override.key_or_group and override.package is None
+
+
+def _apply_preset(cfgs: dict[str, Any], override: Override, presets: dict[str, dict[str, Any]]) -> None:
+    text, group, choice = override.input_line, override.key_or_group, override.get_value_element_as_str()
     path = group.replace("/", ".")
     groups = {key.replace("/", "."): value for key, value in presets.items()}
     if path not in groups:
         choices = [key.replace(".", "/") for key in groups]
         raise ConfigError(f"override '{text}': no presets for '{group}'; {suggest(group, choices)}")
-    if "," in choice:
-        raise ConfigError(_SEVERAL.format(text))
     if choice not in groups[path]:
         raise ConfigError(f"override '{text}': no preset '{choice}' for '{group}'; {suggest(choice, groups[path])}")
-    *parents, name = path.split(".")
-    owner = _find(cfgs, parents, path)
-    _set(owner, name, resolve_entry_point(groups[path][choice], f"preset '{text}'"))
+    set_entry(cfgs, path, resolve_entry_point(groups[path][choice], f"preset '{text}'"))
 
 
 # -- overrides
 
 
-def _apply(cfgs: dict[str, Any], texts: Sequence[str]) -> None:
+def _apply(cfgs: dict[str, Any], overrides: Sequence[Override]) -> None:
     """Write overrides into the configurations."""
-    if not texts:
+    if not overrides:
         return
-    overrides = [_parse(text) for text in texts]
     for override in overrides:
         _check_key(cfgs, override)
     composed = _compose(cfgs, [_for_hydra(cfgs, override) for override in overrides])
@@ -304,7 +366,7 @@ def _unknown(cfgs: dict[str, Any], path: list[str]) -> str:
     prefix = ".".join(path[:depth])
     close = difflib.get_close_matches(path[depth], _children(node), n=3, cutoff=0.6) if depth < len(path) else []
     near = [".".join(part for part in (prefix, name) if part) for name in close]
-    near = [".".join([base, *rest]) if _exists(cfgs, base.split(".") + rest) else base for base in near]
+    near = [".".join([base, *rest]) if find_entry(cfgs, ".".join([base, *rest]))[0] else base for base in near]
     if not near:
         # Right names at another place, as rewards.x.weight for env.rewards.x.weight
         everything = list(_all_paths(cfgs))
@@ -335,13 +397,6 @@ def _get(node: Any, name: str) -> Any:
     return node.get(name) if isinstance(node, dict) else getattr(node, name, None)
 
 
-def _set(node: Any, name: str, value: Any) -> None:
-    if isinstance(node, dict):
-        node[name] = value
-    else:
-        setattr(node, name, value)
-
-
 def _find(cfgs: dict[str, Any], path: list[str], full: str) -> Any:
     node: Any = cfgs
     for name in path:
@@ -349,15 +404,6 @@ def _find(cfgs: dict[str, Any], path: list[str], full: str) -> Any:
             raise ConfigError(_unknown(cfgs, full.split(".")))
         node = _get(node, name)
     return node
-
-
-def _exists(cfgs: dict[str, Any], path: list[str]) -> bool:
-    node: Any = cfgs
-    for name in path:
-        if name not in _children(node):
-            return False
-        node = _get(node, name)
-    return True
 
 
 def _all_paths(node: Any, prefix: str = "") -> Iterator[str]:

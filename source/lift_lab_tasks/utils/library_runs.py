@@ -1,17 +1,13 @@
-"""Run folders, checkpoints and flags of the learning libraries whose configuration is a dictionary (skrl, sb3)."""
+"""Checkpoints of the learning libraries whose configuration is a dictionary (skrl, sb3)."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from lift_lab.utils.errors import ConfigError, FileError
-from lift_lab_rl.library_ranges import check_library_cfg
+from lift_lab.utils.errors import FileError
 
-from .parse_cfg import get_checkpoint_path, names_path
-from .runs import apply_flags, check_given_once, check_run_names
+from .parse_cfg import get_checkpoint_path
 
 
 def task_folder(task: str) -> str:
@@ -57,32 +53,3 @@ def find_model(parent: Path, wanted: str | None, run: str | None, *patterns: str
         except FileError:
             continue
     return Path(get_checkpoint_path(newest.parent, re.escape(newest.name), patterns[-1], others))
-
-
-def apply_dict_flags(
-    env_cfg: Any, agent_cfg: dict, args: Any, task: str, overrides: Sequence[str], training: bool = False
-) -> None:
-    """Write the flags that all scripts share into the configurations; the agent's is a dictionary with a ``seed``.
-
-    Args:
-        env_cfg: environment configuration.
-        agent_cfg: agent configuration.
-        args: flags, see :func:`~lift_lab_tasks.utils.runs.apply_flags`.
-        task: id of the task.
-        overrides: overrides that were applied.
-        training: whether a policy is trained, not shown.
-
-    Raises:
-        ConfigError: the agent's configuration is not a dictionary, a flag and an override differ, or a setting is
-            outside of its range.
-    """
-    if not isinstance(agent_cfg, dict):
-        raise ConfigError(f"--agent {args.agent} is a {type(agent_cfg).__name__}: this library reads dictionaries")
-    check_given_once(env_cfg, agent_cfg, args, overrides)
-    apply_flags(env_cfg, None, args, task, overrides, training)
-    if args.seed is not None or names_path(overrides, "env.seed"):
-        agent_cfg["seed"] = env_cfg.seed
-    elif agent_cfg.get("seed") is not None:
-        env_cfg.seed = agent_cfg["seed"]
-    check_library_cfg(agent_cfg)
-    check_run_names(args)

@@ -130,18 +130,6 @@ def num_envs_for_device(task_name: str, cfg: Any) -> int:
     return min(cfg.scene.num_envs, task_kwargs(task_name).get("cpu_num_envs", CPU_NUM_ENVS))
 
 
-def names_path(overrides: Sequence[str], path: str, below: bool = False) -> bool:
-    """Whether an override sets the entry at ``path``, also in a dictionary, or with ``below`` one that it contains."""
-    for text in overrides:
-        name, _, value = text.lstrip("+~").partition("=")
-        if name == path or (below and name.startswith(f"{path}.")):
-            return True
-        inner = path.removeprefix(f"{name}.").split(".")
-        if path.startswith(f"{name}.") and all(key in re.findall(r"\w+", value) for key in inner):
-            return True
-    return False
-
-
 def get_checkpoint_path(
     log_path: str | Path,
     run_dir: str = ".*",

@@ -1,26 +1,24 @@
-"""Folders of training runs, the checkpoints in them, and settings that come from a script's flags."""
+"""Folders of training runs and the checkpoints in them."""
 
 from __future__ import annotations
 
 import contextlib
-import random
 import re
 import shutil
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from lift_lab.utils.assets import PRETRAINED_DIR
-from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
 from lift_lab.utils.io import remove_dead_temporaries
 from lift_lab_rl.run_params import read_params
 from lift_lab_rl.settings import Settings
 
-from .parse_cfg import get_checkpoint_path, names_path, num_envs_for_device
+from .parse_cfg import get_checkpoint_path
 
 LOG_ROOT = Path("logs") / "rsl_rl"
 """Where runs go, below the current directory."""
@@ -262,137 +260,23 @@ def note_other_task(checkpoint: Path, task: str, say: Callable[[str], None] = pr
         say(f"'{checkpoint}' was trained on {trained}")
 
 
-def note_annealing(agent_cfg: Any, overrides: Sequence[str], say: Callable[[str], None]) -> None:
-    """Tell of settings that an override names and that change as the training goes on, unless their end is named, too.
+def note_annealing(agent_cfg: Any, given: Callable[[str], bool], say: Callable[[str], None]) -> None:
+    """Tell of settings that are given and that change as the training goes on, unless their end is given, too.
 
     Args:
-        agent_cfg: configuration of rsl_rl's PPO, with the overrides.
-        overrides: overrides that were applied.
+        agent_cfg: configuration of rsl_rl's PPO.
+        given: tells whether a setting is given, by its path.
         say: takes the line.
     """
     algorithm = vars(agent_cfg.algorithm)
     for name, value in algorithm.items():
         path, final = f"agent.algorithm.{name}", algorithm.get(f"{name}_final")
-        if final is not None and names_path(overrides, path) and not names_path(overrides, f"{path}_final"):
+        if final is not None and given(path) and not given(f"{path}_final"):
             begin, end = algorithm["anneal_iterations"]
             say(
                 f"{path} is {value} at first and goes to {final} over iterations {begin} to {end}; "
                 f"{path}_final=null keeps it"
             )
-
-
-def leave_out_exploration(env_cfg: Any, overrides: Sequence[str]) -> None:
-    """Leave out the curriculum terms that only help a training to explore, but for those that an override names.
-
-    Args:
-        env_cfg: environment configuration.
-        overrides: overrides that were applied.
-    """
-    curriculum = getattr(env_cfg, "curriculum", None) or {}
-    terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
-    for name, term in terms.items():
-        exploring = getattr(getattr(term, "func", None), "exploration_only", False)
-        if exploring and not names_path(overrides, f"env.curriculum.{name}", below=True):
-            terms[name] = None
-
-
-_FLAG_PATHS = {
-    "num_envs": ["env.scene.num_envs"],
-    "seed": ["env.seed", "agent.seed"],
-    "device": ["env.sim.device", "agent.device"],
-    "num_threads": ["env.sim.num_threads", "agent.num_threads"],
-    "max_iterations": ["agent.max_iterations", "agent.n_timesteps", "agent.trainer.timesteps"],
-    **{name: [f"agent.{name}"] for name in ("run_name", "experiment_name", "load_run", "logger")},
-}
-"""What flags of the scripts set in the configurations."""
-
-
-def check_given_once(env_cfg: Any, agent_cfg: Any, args: Any, overrides: Sequence[str]) -> None:
-    """Refuse a setting that a flag and an override, or two overrides, give different values.
-
-    Args:
-        env_cfg: environment configuration with the overrides, but without the flags.
-        agent_cfg: agent configuration, likewise; an object, a dictionary or None.
-        args: flags.
-        overrides: overrides that were applied.
-
-    Raises:
-        ConfigError: there is such a setting.
-    """
-    given = {}
-    for flag, paths in _FLAG_PATHS.items():
-        for path in (path for path in paths if names_path(overrides, path)):
-            owner, *names = path.split(".")
-            value: Any = {"env": env_cfg, "agent": agent_cfg}[owner]
-            if value is None:
-                continue
-            for name in names:
-                value = value.get(name) if isinstance(value, dict) else getattr(value, name, None)
-            given[path] = value
-            wanted = getattr(args, flag, None)
-            if wanted is not None and wanted != value:
-                raise ConfigError(f"--{flag} {wanted} and {path}={value}: give one of them")
-    seeds = {path: given[path] for path in _FLAG_PATHS["seed"] if path in given}
-    if len(set(seeds.values())) > 1:
-        text = " and ".join(f"{path}={seed}" for path, seed in seeds.items())
-        raise ConfigError(f"{text}: environment and agent share their random numbers; give one seed")
-
-
-def apply_flags(
-    env_cfg: Any, agent_cfg: Any, args: Any, task: str, overrides: Sequence[str], training: bool = False
-) -> None:
-    """Write the flags that all scripts share into the configurations.
-
-    Args:
-        env_cfg: environment configuration.
-        agent_cfg: agent configuration; may be None.
-        args: flags ``num_envs``, ``seed``, ``device``, ``num_threads``, ``experiment_name``; those that are missing or
-            None change nothing.
-        task: id of the task.
-        overrides: overrides that were applied; what they name is not replaced by a default.
-        training: whether a policy is trained, not shown or judged.
-
-    Raises:
-        ConfigError: a flag and an override differ, or a setting is outside of its range.
-    """
-    from lift_lab.sim.simulation_context import resolve_device
-
-    check_given_once(env_cfg, agent_cfg, args, overrides)
-    if not training:
-        leave_out_exploration(env_cfg, overrides)
-    given = getattr(args, "device", None)
-    if given is not None:
-        env_cfg.sim.device = given
-    env_cfg.sim.device = resolve_device(env_cfg.sim.device)
-    if getattr(args, "num_envs", None) is not None:
-        env_cfg.scene.num_envs = args.num_envs
-    elif not names_path(overrides, "env.scene.num_envs"):
-        env_cfg.scene.num_envs = num_envs_for_device(task, env_cfg)
-    if getattr(args, "num_threads", None) is not None:
-        env_cfg.sim.num_threads = args.num_threads
-    seed = getattr(args, "seed", None)
-    if seed == -1:
-        seed = random.randint(0, 10_000)
-    if seed is not None:
-        env_cfg.seed = seed
-    validate(env_cfg, "env")
-    if agent_cfg is None:
-        return
-    if seed is not None:
-        agent_cfg.seed = seed
-    elif names_path(overrides, "env.seed"):
-        agent_cfg.seed = env_cfg.seed
-    else:
-        env_cfg.seed = agent_cfg.seed
-    if getattr(args, "experiment_name", None) is not None:
-        agent_cfg.experiment_name = args.experiment_name
-    if getattr(args, "num_threads", None) is not None:
-        agent_cfg.num_threads = args.num_threads
-    if agent_cfg.device == "auto" or given is not None:
-        agent_cfg.device = env_cfg.sim.device
-    agent_cfg.device = resolve_device(agent_cfg.device)
-    validate(agent_cfg, "agent")
-    check_run_names(agent_cfg)
 
 
 def fingerprint(env_cfg: Any, agent_cfg: Any) -> Settings:

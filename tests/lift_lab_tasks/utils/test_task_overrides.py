@@ -2,7 +2,7 @@
 
 import os
 import sys
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import gymnasium as gym
 import pytest
@@ -11,9 +11,6 @@ from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError, FileError, NotFoundError
 from lift_lab_tasks.utils import get_checkpoint_path, load_cfg_from_registry, registered_tasks
 from lift_lab_tasks.utils.hydra import compose, hydra_task_config
-from lift_lab_tasks.utils.library_runs import apply_dict_flags
-from lift_lab_tasks.utils.parse_cfg import names_path
-from lift_lab_tasks.utils.runs import apply_flags, note_annealing
 
 
 def lifted(env):
@@ -225,17 +222,6 @@ def test_the_decorator_runs_through_what_overrides_list(monkeypatch):
     assert main() == [(2, 0.5), (3, 0.5)]
 
 
-def test_whether_an_override_names_a_path():
-    assert names_path(["env.scene.num_envs=4"], "env.scene.num_envs")
-    assert not names_path(["env.scene.num_envs_x=4"], "env.scene.num_envs")
-    assert names_path(["+env.scene.num_envs=4"], "env.scene", below=True)
-    assert not names_path(["env.scene.num_envs=4"], "env.scene")
-    assert names_path(["env.scene={num_envs:4}"], "env.scene.num_envs")
-    assert names_path(["env={scene:{num_envs:4}}"], "env.scene.num_envs")
-    assert not names_path(["env.scene={env_spacing:4}"], "env.scene.num_envs")
-    assert not names_path(["env.scene_x.num_envs=4"], "env.scene", below=True)
-
-
 def test_an_unknown_task_or_agent_is_answered_with_the_nearest():
     assert "Fake-Lift" in registered_tasks()
     with pytest.raises(NotFoundError, match="unknown task 'Fake-Lft'; did you mean 'Fake-Lift'"):
@@ -264,52 +250,6 @@ def test_the_newest_checkpoint_of_the_newest_run_that_has_one_is_found(tmp_path)
         get_checkpoint_path(tmp_path / "absent")
     with pytest.raises(ConfigError, match="not a regular expression"):
         get_checkpoint_path(tmp_path, "(")
-
-
-@pytest.mark.parametrize("entry", ["rsl_rl_cfg_entry_point", "sb3_cfg_entry_point"])
-def test_environment_and_agent_have_one_seed(entry):
-    import lift_lab_tasks  # noqa: F401
-
-    def seeds(*overrides, **flags):
-        env_cfg, agent_cfg = compose("Cartpole", entry, list(overrides))
-        args = SimpleNamespace(**{"device": "cpu", "seed": None, "agent": entry} | flags)
-        apply = apply_dict_flags if isinstance(agent_cfg, dict) else apply_flags
-        apply(env_cfg, agent_cfg, args, "Cartpole", overrides)
-        return env_cfg.seed, agent_cfg["seed"] if isinstance(agent_cfg, dict) else agent_cfg.seed
-
-    assert seeds() == (42, 42)
-    assert seeds("env.seed=3") == seeds("agent.seed=3") == seeds(seed=3) == (3, 3)
-    assert seeds("env.seed=3", "agent.seed=3", seed=3) == (3, 3)
-    with pytest.raises(ConfigError, match=r"env\.seed=3 and agent\.seed=5: .* give one seed"):
-        seeds("env.seed=3", "agent.seed=5")
-    with pytest.raises(ConfigError, match=r"--seed 3 and agent\.seed=5: give one of them"):
-        seeds("agent.seed=5", seed=3)
-    with pytest.raises(ConfigError, match=r"--num_envs 2 and env\.scene\.num_envs=7: give one of them"):
-        seeds("env.scene.num_envs=7", num_envs=2)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "names"),
-    [
-        (["agent.algorithm.gamma=0.9"], ["gamma"]),
-        (["agent.algorithm={gamma: 0.9, desired_kl: 0.02}"], ["gamma", "desired_kl"]),
-        (["agent.algorithm.gamma=0.9", "agent.algorithm.gamma_final=null"], []),
-        (["agent.algorithm.gamma=0.9", "agent.algorithm.gamma_final=0.99"], []),
-        (["agent.algorithm.lam=0.9"], []),
-    ],
-)
-def test_a_setting_that_changes_as_the_training_goes_on_says_so_where_it_is_given(overrides, names):
-    import lift_lab_tasks  # noqa: F401
-
-    _, agent_cfg = compose("Lift-Cube-Franka-CL", "rsl_rl_cfg_entry_point", overrides)
-    agent_cfg.algorithm.desired_kl_final = 0.005
-    said: list[str] = []
-    note_annealing(agent_cfg, overrides, said.append)
-    assert [text.partition(" ")[0] for text in said] == [f"agent.algorithm.{name}" for name in names]
-    if names == ["gamma"]:
-        begin, end = agent_cfg.algorithm.anneal_iterations
-        assert said[0].startswith(f"agent.algorithm.gamma is 0.9 at first and goes to 0.985 over iterations {begin} to")
-        assert str(end) in said[0]
 
 
 def lift(*overrides):
