@@ -14,7 +14,7 @@ ENGINE = ("physics", "search for failures", "resets: kinematics")
 
 def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]]:
     """(object, method, name of the part, or its names by the part that calls it), for rsl_rl's runner."""
-    from lift_lab_rl.rsl_rl.mlp_passes import AutogradPasses, EluPasses
+    from lift_lab_rl.rsl_rl.mlp_gradients import AutogradMlp, EluMlp
 
     algorithm, logger, guard = runner.alg, runner.logger, runner._guard
     checks = ("look_at_rollout", "check_rollout", "keep", "check_update")
@@ -22,7 +22,7 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
         (owner, method, "physics" if name in ENGINE else "environment: managers and resets")
         for owner, method, name in step_parts(runner.env.unwrapped)
     ]
-    passes = {"actor: noise, probabilities": "actor: network", "returns": "critic: network"}
+    parts = {"actor: noise, probabilities": "actor: network", "returns": "critic: network"}
     return [
         *step,
         (runner.env, "step", "environment: managers and resets"),
@@ -34,13 +34,13 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
         *((guard, method, "search for NaN") for method in checks if guard is not None),
         (algorithm, "update", "update: the rest"),
         (algorithm, "_gather", "update: gathers"),
-        (algorithm, "_policy_piece", "update: loss"),
-        (algorithm, "_value_piece", "update: loss"),
+        (algorithm, "_policy_loss", "update: loss"),
+        (algorithm, "_value_loss", "update: loss"),
         (algorithm, "_clip", "update: clipping"),
         (algorithm.optimizer, "step", "update: optimizer"),
         (algorithm, "_update_normalization", "update: normalisation"),
-        *((kind, "forward", {**passes, "": "update: forward"}) for kind in (EluPasses, AutogradPasses)),
-        *((kind, "backward", "update: backward") for kind in (EluPasses, AutogradPasses)),
+        *((kind, "forward", {**parts, "": "update: forward"}) for kind in (EluMlp, AutogradMlp)),
+        *((kind, "backward", "update: backward") for kind in (EluMlp, AutogradMlp)),
     ]
 
 

@@ -2,8 +2,8 @@
 
 Torch's own thread pool is held to one thread. It changes sums and matrix products in the last bit with the number
 of threads, and its spinning barriers cost a multiple of what they save when the physics pool wants the same cores.
-Work that deserves several cores is cut here into pieces of a fixed size instead; threads take the pieces in any
-order, and results are combined in the order of the pieces. One thread or twenty give the same bits.
+Work that deserves several cores is cut into parts of a fixed size instead. Threads take the parts in any order, and
+results are combined in the order of the parts. One thread or twenty give the same bits.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def use_one_torch_thread() -> None:
         torch.set_num_threads(1)
 
 
-class PiecePool:
-    """Runs the pieces of a job on the calling thread and on ``num_threads - 1`` helpers."""
+class WorkerPool:
+    """Runs the parts of a job on the calling thread and on ``num_threads - 1`` helpers."""
 
     def __init__(self, num_threads: int | None = None):
         """Start no thread yet; helpers start with the first job that can use them.
@@ -48,7 +48,7 @@ class PiecePool:
         """Call ``func(0) ... func(count - 1)``, each once, in any order and on any thread.
 
         Returns:
-            The results in the order of the pieces.
+            The results in the order of the parts.
 
         Raises:
             BaseException: whatever ``func`` raised first in the order of the threads.
@@ -57,13 +57,13 @@ class PiecePool:
         numbers = itertools.count()
 
         def work() -> None:
-            # next() on a counter is one atomic step: no piece is taken twice
-            while (piece := next(numbers)) < count:
-                results[piece] = func(piece)
+            # next() on a counter is one atomic step: no part is taken twice
+            while (part := next(numbers)) < count:
+                results[part] = func(part)
 
         helpers = min(self.num_threads, count) - 1
         if helpers > 0 and self._helpers is None:
-            self._helpers = ThreadPoolExecutor(self.num_threads - 1, thread_name_prefix="piece")
+            self._helpers = ThreadPoolExecutor(self.num_threads - 1, thread_name_prefix="worker")
         futures = [self._helpers.submit(work) for _ in range(helpers)] if self._helpers is not None else []
         try:
             work()
@@ -81,7 +81,7 @@ class PiecePool:
             self._helpers = None
 
 
-def piece_bounds(total: int, size: int) -> list[tuple[int, int]]:
-    """Cut ``range(total)`` into pieces of about ``size``, as even as possible; depends on nothing else."""
+def split_evenly(total: int, size: int) -> list[tuple[int, int]]:
+    """Cut ``range(total)`` into spans (first, last) of about ``size``, as even as possible."""
     count = max(1, round(total / size))
     return [(total * k // count, total * (k + 1) // count) for k in range(count)]

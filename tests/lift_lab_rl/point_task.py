@@ -96,6 +96,7 @@ def train(folder, iterations=4, threads=1, on_step=None, cfg=None):
     cfg = cfg if cfg is not None else AgentCfg()
     cfg.num_threads = threads
     runner = LiftLabRunner(PointEnv(on_step=on_step), to_rsl_rl(cfg), log_dir=folder)
-    runner.alg._piece_rows = 32
+    if runner.alg.micro_batches is not None:
+        runner.alg.micro_batches.rows = 32
     finished = runner.learn(iterations, init_at_random_ep_len=True)
     return runner, finished

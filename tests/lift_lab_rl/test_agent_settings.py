@@ -5,9 +5,12 @@ import math
 import pytest
 import torch
 from point_task import AgentCfg, PointEnv, train
+from rsl_rl.algorithms import PPO
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg, to_rsl_rl
+from lift_lab_rl.rsl_rl.gaussian import action_std
+from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
 
 # -- configuration
 
@@ -80,7 +83,7 @@ def test_more_minibatches_than_samples_are_refused(per_batch, enough):
     cfg.algorithm.num_mini_batches = enough
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
     runner.learn(1)
-    assert all(torch.isfinite(p).all() for p in runner.alg._params)
+    assert all(torch.isfinite(p).all() for p in runner.alg.actor.parameters())
 
 
 def test_a_fixed_learning_rate_is_the_configurations_also_after_loading(tmp_path):
@@ -138,13 +141,54 @@ def test_the_standard_deviation_stays_within_its_bounds():
     cfg = AgentCfg()
     cfg.policy.init_noise_std = 100.0
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
-    assert runner.alg._std().tolist() == pytest.approx([math.exp(2.0)])
+    assert [action_std(runner.alg.get_policy())] == pytest.approx([math.exp(2.0)])
 
 
-# -- annealing
+# -- the algorithm's class
+
+OFF = "agent.algorithm.entropy_coef_final=null agent.algorithm.mean_reg_coef=0 agent.average_share=0"
 
 
-def test_entropy_bonus_divergence_and_horizon_are_annealed_over_the_span():
+def test_another_class_than_ours_is_refused_with_the_overrides_that_switch_our_parts_off():
+    cfg = AgentCfg(average_share=0.1)
+    cfg.algorithm.class_name, cfg.algorithm.entropy_coef_final, cfg.algorithm.mean_reg_coef = "PPO", 0.0, 0.1
+    with pytest.raises(ConfigError, match=f"switch off those that are on: {OFF}$"):
+        to_rsl_rl(cfg)
+
+
+@pytest.mark.parametrize("name", ["PPO", "rsl_rl.algorithms:PPO", "rsl_rl.algorithms.PPO"])
+def test_rsl_rls_own_ppo_gets_no_argument_of_ours(name):
+    cfg = AgentCfg()
+    cfg.algorithm.class_name = name
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    assert type(runner.alg) is PPO
+    assert runner.learn(1)
+
+
+class OwnPPO(LiftLabPPO):
+    """A user's algorithm."""
+
+
+def test_a_sub_class_of_ours_has_its_parts():
+    cfg = AgentCfg(average_share=0.1)
+    cfg.algorithm.class_name = f"{__name__}:OwnPPO"
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    assert type(runner.alg) is OwnPPO
+    assert runner.alg.ema is not None
+
+
+@pytest.mark.parametrize("name", ["PPOO", "no.such:PPO", "os:getcwd", "rsl_rl.algorithms:Distillation"])
+def test_a_class_that_is_no_ppo_is_answered_with_what_there_is(name):
+    cfg = AgentCfg()
+    cfg.algorithm.class_name = name
+    with pytest.raises(ConfigError, match=f"agent.algorithm.class_name.*'{name}'.*use LiftLabPPO, rsl_rl's PPO"):
+        to_rsl_rl(cfg)
+
+
+# -- schedules
+
+
+def test_entropy_bonus_divergence_and_discount_factor_follow_their_schedules():
     cfg = AgentCfg()
     cfg.algorithm.gamma, cfg.algorithm.gamma_final = 0.9, 0.98
     cfg.algorithm.entropy_coef_final = 0.0
@@ -162,26 +206,15 @@ def test_entropy_bonus_divergence_and_horizon_are_annealed_over_the_span():
     assert discounts == pytest.approx([0.9, 0.9, 0.94, 0.98, 0.98])
 
 
-def test_the_limit_of_advantages_begins_when_it_should():
-    cfg = AgentCfg()
-    cfg.algorithm.advantage_clip = 0.5
-    cfg.algorithm.advantage_clip_start = 2
-    used = []
-    torch.manual_seed(5)
-    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
-    runner.learn(4, on_iteration=lambda _: used.append(runner.alg.advantage_clip))
-    assert used == [None, None, 0.5, 0.5]
-
-
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
         ({"advantage_clip_start": -1}, "advantage_clip_start is -1"),
         ({"advantage_clip": 1.0, "normalize_advantage_per_mini_batch": True}, "normalize_advantage_per_mini_batch"),
-        ({"advantage_clip": 1.0, "class_name": "some.module:PPO"}, "some.module:PPO does not know it"),
+        ({"advantage_clip": 1.0, "class_name": "PPO"}, "'PPO' has none of the parts.*advantage_clip=null"),
     ],
 )
-def test_a_limit_of_advantages_that_could_not_work_is_refused(settings, message):
+def test_advantage_clipping_that_could_not_work_is_refused(settings, message):
     cfg = AgentCfg()
     for name, value in settings.items():
         setattr(cfg.algorithm, name, value)
@@ -189,13 +222,21 @@ def test_a_limit_of_advantages_that_could_not_work_is_refused(settings, message)
         to_rsl_rl(cfg)
 
 
-def test_without_final_values_nothing_is_annealed():
-    plain = to_rsl_rl(AgentCfg())
-    assert plain["annealing"]["values"] == {}
-    assert not {"entropy_coef_final", "desired_kl_final", "gamma_final", "anneal_iterations"} & set(plain["algorithm"])
+def test_without_final_values_there_is_no_schedule():
+    assert LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg())).alg.schedules == {}
 
 
-def test_a_span_of_no_length_is_a_jump():
+def test_a_schedule_continues_where_a_checkpoint_was(tmp_path):
+    cfg = AgentCfg()
+    cfg.algorithm.gamma, cfg.algorithm.gamma_final, cfg.algorithm.anneal_iterations = 0.9, 0.98, (0, 8)
+    train(tmp_path, cfg=cfg)
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
+    runner.load(str(tmp_path / "model_4.pt"))
+    runner.learn(1)
+    assert runner.alg.gamma == pytest.approx(0.94)
+
+
+def test_a_schedule_of_no_length_is_a_jump():
     cfg = AgentCfg()
     cfg.algorithm.entropy_coef_final = 0.0
     cfg.algorithm.anneal_iterations = (2, 2)
@@ -205,7 +246,7 @@ def test_a_span_of_no_length_is_a_jump():
     assert used == [0.006, 0.006, 0.0, 0.0]
 
 
-def test_a_span_that_ends_before_it_begins_is_refused():
+def test_a_schedule_that_ends_before_it_begins_is_refused():
     cfg = AgentCfg()
     cfg.algorithm.anneal_iterations = (5, 3)
     with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations is \(5, 3\)"):

@@ -15,7 +15,7 @@ from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
-from lift_lab_rl.rsl_rl.policy_average import AVERAGE
+from lift_lab_rl.rsl_rl.ema import AVERAGE
 from lift_lab_rl.rsl_rl.pretrained import MAX_BYTES, write_pretrained
 from lift_lab_tasks.utils import runs
 

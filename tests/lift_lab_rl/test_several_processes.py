@@ -22,8 +22,8 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab_rl import distributed
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
-from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
-from lift_lab_rl.rsl_rl.ppo_loss import log_normaliser
+from lift_lab_rl.rsl_rl.gaussian import log_normaliser
+from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
 
 TRAIN = Path(__file__).parents[2] / "scripts" / "rsl_rl" / "train.py"
 SIZE = 2
@@ -97,7 +97,7 @@ def ppo_after_updates(envs, multi=None, by_batch=False):
     storage = RolloutStorage("rl", len(envs), 6, obs, [3])
     settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 1, "entropy_coef": 0.01}
     settings["normalize_advantage_per_mini_batch"] = by_batch
-    ppo = PiecewisePPO(actor, critic, storage, num_threads=1, multi_gpu_cfg=multi, schedule="adaptive", **settings)
+    ppo = LiftLabPPO(actor, critic, storage, num_threads=1, multi_gpu_cfg=multi, schedule="adaptive", **settings)
     for _ in range(2):
         with torch.inference_mode():
             for step in range(6):

@@ -12,7 +12,7 @@ import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
-from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
+from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
 from lift_lab_rl.rsl_rl.time_outs import final_values
 from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
@@ -49,7 +49,7 @@ def make(form, recurrent=False, **settings):
     critic = cls(obs, groups, "critic", 1, **shape)
     storage = RolloutStorage("rl", NUM_ENVS, STEPS, obs, [ACTIONS])
     settings = {"gamma": GAMMA, "num_mini_batches": 2, **settings}
-    return PiecewisePPO(actor, critic, storage, time_out_bootstrap=form, **settings)
+    return LiftLabPPO(actor, critic, storage, time_out_bootstrap=form, **settings)
 
 
 def rollout(algorithm, seed=2):
@@ -77,7 +77,7 @@ def rollout(algorithm, seed=2):
 def values_along(algorithm, steps):
     """Values of each step's observation and, had it been the next one, of its last observation; the critic is fed one
     environment after the other, an episode from its start."""
-    critic, before, after = algorithm._raw_critic, torch.zeros(STEPS, NUM_ENVS), torch.zeros(STEPS, NUM_ENVS)
+    critic, before, after = algorithm.critic, torch.zeros(STEPS, NUM_ENVS), torch.zeros(STEPS, NUM_ENVS)
     with torch.no_grad():
         for env in range(NUM_ENVS):
             start = 0
@@ -93,11 +93,11 @@ def values_along(algorithm, steps):
     return before, after
 
 
-@pytest.mark.parametrize("kind", ["fast update", "rsl_rl's update", "recurrent"])
+@pytest.mark.parametrize("kind", ["micro-batches", "rsl_rl's update", "recurrent"])
 @pytest.mark.parametrize("form", ["previous_obs", "final_obs"])
 def test_an_episodes_last_return_is_its_reward_and_the_discounted_value_of_the_right_observation(form, kind):
     algorithm = make(form, recurrent=kind == "recurrent", use_mixed_precision=kind == "rsl_rl's update")
-    assert algorithm._plain is (kind == "fast update")
+    assert (algorithm.micro_batches is not None) is (kind == "micro-batches")
     steps = rollout(algorithm)
     before, after = values_along(algorithm, steps)
     bootstrap = after if form == "final_obs" else before
@@ -132,9 +132,17 @@ def test_last_observations_of_other_environments_are_not_read():
 def test_values_on_a_device_are_computed_without_asking_it():
     """Tensors on torch's device ``meta`` have no numbers: whatever asks for one raises an error."""
     algorithm = make("final_obs")
-    critic = algorithm._raw_critic.to("meta")
+    critic = algorithm.critic.to("meta")
     final, time_outs = torch.zeros(NUM_ENVS, OBS, device="meta"), torch.zeros(NUM_ENVS, 1, device="meta")
     assert final_values(critic, time_outs, {"policy": final}).shape == (NUM_ENVS, 1)
+
+
+def test_a_runner_that_does_not_ask_for_last_observations_is_told_so():
+    algorithm = make("final_obs")
+    obs, ends = batch(observations(torch.Generator())), torch.ones(NUM_ENVS).bool()
+    algorithm.act(obs)
+    with pytest.raises(ConfigError, match="wants_final_obs = True"):
+        algorithm.process_env_step(obs, torch.ones(NUM_ENVS), ends.long(), {"time_outs": ends})
 
 
 # -- with an environment
@@ -173,7 +181,7 @@ def test_the_environments_last_observation_is_the_one_that_is_valued(engine):
         for k, (rewards, time_outs, final) in enumerate(seen):
             if time_outs.any():
                 with torch.no_grad():
-                    value = runner.alg._raw_critic(TensorDict(final, batch_size=[8]))[:, 0]
+                    value = runner.alg.critic(TensorDict(final, batch_size=[8]))[:, 0]
                 expected.append((k, time_outs, rewards + runner.alg.gamma * value))
 
     env.step = spy
@@ -217,8 +225,8 @@ def test_an_environment_that_cannot_give_last_observations_is_refused():
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"time_out_bootstrap": "final"}, "no form 'final'; did you mean 'final_obs'"),
-        ({"time_out_bootstrap": "final_obs", "class_name": "some.module:PPO"}, "some.module:PPO does not know it"),
+        ({"time_out_bootstrap": "final"}, "no time_out_bootstrap 'final'; did you mean 'final_obs'"),
+        ({"time_out_bootstrap": "final_obs", "class_name": "PPO"}, "'PPO' has none .*time_out_bootstrap=previous_obs"),
     ],
 )
 def test_a_form_that_could_not_work_is_refused(settings, message):

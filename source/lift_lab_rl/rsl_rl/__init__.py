@@ -1,5 +1,6 @@
 """rsl_rl: configuration in Isaac Lab's names, environment wrapper, runner and export."""
 
+from .cfg_conversion import to_rsl_rl
 from .distillation_cfg import (
     RslRlDistillationAlgorithmCfg,
     RslRlDistillationRunnerCfg,
@@ -7,7 +8,7 @@ from .distillation_cfg import (
     RslRlDistillationStudentTeacherRecurrentCfg,
 )
 from .exporter import export_policy_as_jit, export_policy_as_onnx
-from .ppo import PiecewisePPO
+from .ppo import LiftLabPPO
 from .rl_cfg import (
     RslRlBaseRunnerCfg,
     RslRlOnPolicyRunnerCfg,
@@ -18,5 +19,4 @@ from .rl_cfg import (
 from .rnd_cfg import RslRlRndCfg
 from .runner import LiftLabRunner
 from .symmetry_cfg import RslRlSymmetryCfg
-from .translate import to_rsl_rl
 from .vecenv_wrapper import RslRlVecEnvWrapper

@@ -19,8 +19,8 @@ from lift_lab_rl.files import canonical, save_torch, write_atomically
 from lift_lab_rl.run_params import read_params
 
 from .checkpoint_file import read_checkpoint
+from .ema import AVERAGE, LAST, acting_policy
 from .exporter import export_policy_as_onnx
-from .policy_average import AVERAGE, LAST, acting_policy
 from .runner import LiftLabRunner
 
 MAX_BYTES = 300_000

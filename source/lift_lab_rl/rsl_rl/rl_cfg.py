@@ -95,10 +95,17 @@ class RslRlPpoActorCriticRecurrentCfg(RslRlPpoActorCriticCfg):
 
 @configclass
 class RslRlPpoAlgorithmCfg:
-    """Proximal policy optimization."""
+    """Proximal policy optimization. docs/ppo.md says which settings are rsl_rl's and which are ours."""
 
-    class_name: str = "PPO"
-    """``PPO``, or ``"module:Class"`` of a sub-class of rsl_rl's."""
+    class_name: str = "LiftLabPPO"
+    """``LiftLabPPO`` (ours: rsl_rl's with more parts), ``PPO`` (rsl_rl's), or ``"module:Class"`` of a sub-class of
+    either. rsl_rl's has none of our parts: they must be off."""
+
+    micro_batches: bool | None = None
+    """Whether threads share the update in micro-batches (ours; the steps are rsl_rl's up to rounding).
+
+    None: for networks that allow it. True: other networks are an error. False: the update is rsl_rl's.
+    """
 
     num_learning_epochs: int = MISSING
     """Passes over a rollout."""
@@ -125,32 +132,33 @@ class RslRlPpoAlgorithmCfg:
     """Divergence the adaptive schedule aims at."""
 
     entropy_coef_final: float | None = None
-    """Weight of the entropy bonus that training ends with (ours); None keeps :attr:`entropy_coef`."""
+    """Entropy schedule: weight of the entropy bonus that training ends with (ours); None keeps :attr:`entropy_coef`."""
 
     desired_kl_final: float | None = None
     """Divergence that training ends with (ours); None keeps :attr:`desired_kl`."""
 
     gamma_final: float | None = None
-    """Discount factor that training ends with (ours); None keeps :attr:`gamma`."""
+    """Discount schedule: discount factor that training ends with (ours); None keeps :attr:`gamma`."""
 
     anneal_iterations: tuple[int, int] = (0, 0)
-    """Iterations between which these go to their final values, linearly (ours)."""
+    """First and last iteration of the linear schedules of entropy bonus, divergence and discount factor (ours)."""
 
     mean_reg_coef: float = 0.0
-    """Weight in the loss of the squared length of the mean action (ours; SAC of rlkit: ``policy_mean_reg_weight``).
+    """Mean-action regularisation: weight in the loss of the squared length of the mean action (ours; SAC of rlkit:
+    ``policy_mean_reg_weight``); 0 for none.
 
     Where an action has no effect, as beyond a joint's limit, nothing else brings the policy back.
     """
 
     advantage_clip: float | None = None
-    """Largest size of an advantage in standard deviations of the rollout's; they are normalised anew after (ours).
+    """Advantage clipping: largest size of an advantage in standard deviations of the rollout (ours); None for none.
 
-    None for no limit. Rare large losses, as of an object that slips away, otherwise drown what holding it more
-    exactly would earn. Needs ``normalize_advantage_per_mini_batch=False``.
+    Clipped advantages are normalised again. Otherwise rare large losses, as of an object that slips away, outweigh
+    what holding it more exactly would earn. Needs ``normalize_advantage_per_mini_batch=False``.
     """
 
     advantage_clip_start: int = 0
-    """First iteration of that limit (ours)."""
+    """First iteration that clips advantages (ours)."""
 
     time_out_bootstrap: Literal["previous_obs", "final_obs"] = "previous_obs"
     """Observation whose value stands for what follows an episode that a time limit ends (ours).
@@ -207,7 +215,7 @@ class RslRlBaseRunnerCfg:
     """Device of the learner: ``cpu``, ``cuda:N``, or ``auto`` (ours) for the environment's."""
 
     num_threads: int | None = None
-    """CPU threads of the update (ours); None for every CPU. Never changes a result."""
+    """CPU threads that share the micro-batches of an update (ours); None for every CPU. Never changes a result."""
 
     num_steps_per_env: int = MISSING
     """Steps of each environment in a rollout."""
@@ -238,8 +246,11 @@ class RslRlBaseRunnerCfg:
     """Checkpoints that keep the environments' state beside them, so that a run continues bit by bit (ours)."""
 
     average_share: float = 0.0
-    """Share of the training so far whose policies are averaged into the one that ``play.py`` and ``evaluate.py`` act
-    with (ours); 0 to act with the last one. Training itself never uses the average."""
+    """Exponential moving average (EMA) of the policy's weights: share of the training so far that it covers (ours).
+
+    ``play.py`` and ``evaluate.py`` act with the average. 0: no average, they act with the last policy. Training itself
+    never uses the average.
+    """
 
     success_metric: str | None = None
     """Log key that ranks ``model_best.pt`` (ours); None takes the first whose last part starts with "success"."""

@@ -32,9 +32,10 @@ from lift_lab_rl.threads import use_one_torch_thread
 
 from .best_policy import BEST, BestPolicy
 from .checkpoint_file import check_fit, read_checkpoint
+from .ema import LAST, acting_policy
 from .finite import FiniteGuard
-from .policy_average import AVERAGE, LAST, PolicyAverage, acting_policy
-from .ppo import PiecewisePPO
+from .gaussian import action_std
+from .ppo import LiftLabPPO
 from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
 from .run_files import remove_old_states, state_name, trained_with
@@ -72,7 +73,7 @@ class LiftLabRunner(OnPolicyRunner):
 
         Args:
             env: wrapped environment.
-            train_cfg: what :func:`~lift_lab_rl.rsl_rl.translate.to_rsl_rl` returns.
+            train_cfg: what :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns.
             log_dir: folder of the run; None writes nothing.
             device: device of the learner.
             fingerprint: tells whether a saved environment state is of this configuration: a text that has to be the
@@ -95,15 +96,9 @@ class LiftLabRunner(OnPolicyRunner):
         check_environment(env, train_cfg, device, saves=log_dir is not None)
         obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
-        if not hasattr(algorithm, "construct_algorithm"):
-            name = self.cfg["algorithm"]["class_name"]
-            raise ConfigError(f"agent.algorithm.class_name: '{name}' is no algorithm of rsl_rl, a sub-class of PPO")
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
             self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
-        self._set_action_mean()
         distributed.copy_from_main(self._shared_tensors())
-        share = self.cfg.get("average_share", 0.0)
-        self.average = PolicyAverage(self.alg.get_policy(), share) if share else None
         self.logger = RunLogger(
             log_dir=None if log_dir is None else str(log_dir),
             cfg=self.cfg,
@@ -177,7 +172,7 @@ class LiftLabRunner(OnPolicyRunner):
         signals, stops, may_end = StopSignals(self.place), None, False
         saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
         note = progress.note if progress is not None else None
-        final_obs = providing_final_obs(env, getattr(self.alg, "needs_final_obs", False))
+        final_obs = providing_final_obs(env, isinstance(self.alg, LiftLabPPO) and self.alg.time_outs.needs_final_obs)
         with output.guarded(), signals.caught(note), shown, final_obs:
             while self.current_learning_iteration < total and (stops is None or not may_end):
                 obs = self._iterate(obs, total, progress)
@@ -209,13 +204,10 @@ class LiftLabRunner(OnPolicyRunner):
                 self.logger.process_env_step(rewards, dones, extras, intrinsic)
             self._synchronise()
             collected = time.perf_counter()
-            self._anneal()
         losses = self._update(obs)
         self._synchronise()
         learned = time.perf_counter()
         self.current_learning_iteration += 1
-        if self.average is not None:
-            self.average.update(self.current_learning_iteration)
         steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
         total_steps = self.total_steps
         if total_steps is None:  # a run that is continued without its count had as many environments
@@ -229,7 +221,7 @@ class LiftLabRunner(OnPolicyRunner):
             collect_s=collected - start,
             learn_s=learned - collected,
             learning_rate=self.alg.learning_rate,
-            action_std=self._action_std(),
+            action_std=action_std(self.alg.get_policy()),
             entropy_coef=self.alg.entropy_coef,
         )
         self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
@@ -256,30 +248,6 @@ class LiftLabRunner(OnPolicyRunner):
             self.logger.drop_rollout()
             raise
         return losses
-
-    def _set_action_mean(self) -> None:
-        """Let a new actor begin about the mean that is configured."""
-        mean = self.cfg.get("init_action_mean")
-        if mean is not None:
-            *_, last = (layer for layer in self.alg._raw_actor.mlp.modules() if isinstance(layer, torch.nn.Linear))
-            with torch.no_grad():
-                last.bias.copy_(torch.tensor(mean))
-
-    def _anneal(self) -> None:
-        """Set what changes as training goes on for the running iteration."""
-        start, end = self.cfg["annealing"]["iterations"]
-        done = self.current_learning_iteration
-        share = 1.0 if done >= end else max(0, done - start) / max(1, end - start)
-        for name, (initial, final) in self.cfg["annealing"]["values"].items():
-            setattr(self.alg, name, initial + (final - initial) * share)
-        clip, clip_start = self.cfg["annealing"]["advantage_clip"]
-        if clip is not None:
-            self.alg.advantage_clip = clip if done >= clip_start else None
-
-    def _action_std(self) -> float:
-        if isinstance(self.alg, PiecewisePPO):
-            return self.alg.action_std
-        return float(self.alg.get_policy().output_std.detach().mean())
 
     def _synchronise(self) -> None:
         if torch.device(self.device).type == "cuda":
@@ -332,8 +300,6 @@ class LiftLabRunner(OnPolicyRunner):
         """
         env = manager_env(self.env)
         content = self.alg.save()
-        if self.average is not None:
-            content[AVERAGE] = self.average.state_dict()
         content["iter"] = self.current_learning_iteration
         content["infos"] = {"env_state": counters(env), **(infos or {})}
         if self.alg.rnd:
@@ -375,8 +341,6 @@ class LiftLabRunner(OnPolicyRunner):
                 group["lr"] = self.alg.learning_rate
         if with_iteration:
             self.current_learning_iteration = content["iter"]
-        if self.average is not None:
-            self.average.load_state_dict(acting_policy(content, path))
         return self._load_infos(content)
 
     def load_policy(self, path: str) -> dict:

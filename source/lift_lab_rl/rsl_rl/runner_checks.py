@@ -19,7 +19,7 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
 
     Args:
         env: environment, as rsl_rl sees it.
-        cfg: what :func:`~lift_lab_rl.rsl_rl.translate.to_rsl_rl` returns.
+        cfg: what :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns.
         device: device of the learner.
         saves: whether checkpoints are written.
 
@@ -43,7 +43,7 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
 def _check_actions(env: Any, cfg: dict[str, Any]) -> None:
     """What is given for each action has to be given for each of this environment's actions."""
     noise = cfg["actor"].get("distribution_cfg", {}).get("init_std")
-    for name, given in (("init_noise_std", noise), ("init_action_mean", cfg.get("init_action_mean"))):
+    for name, given in (("init_noise_std", noise), ("init_action_mean", cfg["algorithm"].get("init_action_mean"))):
         if isinstance(given, (torch.Tensor, list)) and torch.as_tensor(given).shape != (env.num_actions,):
             raise ConfigError(
                 f"agent.policy.{name}: {len(given)} values for {env.num_actions} actions; give one for each"

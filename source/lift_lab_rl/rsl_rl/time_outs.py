@@ -43,6 +43,51 @@ def check_final_obs(env: Any) -> None:
         )
 
 
+class TimeOutBootstrap:
+    """Adds the discounted value of what would have followed to the last reward of episodes that a time limit ended.
+
+    Attributes:
+        needs_final_obs: whether the environment has to give the last observations of the episodes that end.
+    """
+
+    def __init__(self, form: str, rewards: torch.Tensor):
+        """Record nothing yet.
+
+        Args:
+            form: ``previous_obs``: the value of the observation before the last action, rsl_rl's form.
+                ``final_obs``: the value of ``extras["final_obs"]``, after the last action.
+            rewards: rewards of a rollout, shape (steps, num_envs, 1).
+        """
+        self.needs_final_obs = form == FINAL_OBS
+        self._time_outs = torch.zeros_like(rewards)
+        self._final_values = torch.zeros_like(rewards)
+
+    def record(self, step: int, extras: dict[str, Any], critic: Any) -> None:
+        """Record which episodes a time limit ended in a step; call before the critic's memory is reset.
+
+        Args:
+            step: number of the step in the rollout.
+            extras: the environment's, with ``time_outs`` where there are some.
+            critic: value network.
+        """
+        if "time_outs" not in extras:
+            self._time_outs[step].zero_()
+        else:
+            self._time_outs[step].copy_(extras["time_outs"].view(-1, 1))
+        if self.needs_final_obs:
+            self._final_values[step].copy_(final_values(critic, self._time_outs[step], extras.get("final_obs")))
+
+    def add_to(self, rewards: torch.Tensor, values: torch.Tensor, gamma: float) -> None:
+        """Add the values to the rewards of a rollout, in place.
+
+        Args:
+            rewards: shape (steps, num_envs, 1).
+            values: values of the observations before each action, in the same shape.
+            gamma: discount factor.
+        """
+        rewards.addcmul_(self._final_values if self.needs_final_obs else values, self._time_outs, value=gamma)
+
+
 @contextlib.contextmanager
 def providing_final_obs(env: Any, wanted: bool) -> Iterator[None]:
     """Let the environment put last observations into ``extras["final_obs"]`` for as long as the block runs.
@@ -74,9 +119,17 @@ def final_values(critic: Any, time_outs: torch.Tensor, final_obs: Any) -> torch.
 
     Returns:
         Values, shape (num_envs, 1); 0 where no time limit ended an episode.
+
+    Raises:
+        ConfigError: an episode ended without its last observations (looked for on the CPU only).
     """
     values = torch.zeros_like(time_outs)
     if final_obs is None:
+        if values.device.type == "cpu" and bool(time_outs.any()):
+            raise ConfigError(
+                f"agent.algorithm.time_out_bootstrap={FINAL_OBS} needs the last observations of episodes: "
+                f"set env.unwrapped.wants_final_obs = True before the training, or use {PREVIOUS_OBS}"
+            )
         return values
     groups = (*critic.obs_groups, *getattr(critic, "obs_groups_2d", ()))
     chosen = {name: final_obs[name].to(values.device) for name in groups}

@@ -10,10 +10,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import torch
+from rsl_rl.algorithms import PPO
 from rsl_rl.utils import resolve_callable, resolve_nn_activation
 
 from lift_lab.utils.errors import ConfigError, suggest
 
+from .ppo import LiftLabPPO
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
 from .time_outs import FINAL_OBS, PREVIOUS_OBS
 from .wandb_writer import require_logger
@@ -24,7 +26,7 @@ _OBS_SETS = ("actor", "critic", "rnd_state")
 _MEMORIES = ("lstm", "gru")
 """Kinds of recurrent networks; rsl_rl takes any other name for the first."""
 
-PIECEWISE_PPO = "lift_lab_rl.rsl_rl.ppo:PiecewisePPO"
+LIFT_LAB_PPO = "lift_lab_rl.rsl_rl.ppo:LiftLabPPO"
 WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
 
 
@@ -51,10 +53,8 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain = cfg.to_dict()
     plain.pop("policy")
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
-    plain["init_action_mean"] = cfg.policy.init_action_mean
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
-    plain["annealing"] = _annealing(plain["algorithm"])
-    plain["algorithm"] = _algorithm(plain["algorithm"], cfg.num_threads)
+    plain["algorithm"] = _algorithm(cfg)
     plain["logger"] = _logger(cfg)
     plain["multi_gpu"] = None
     return plain
@@ -119,43 +119,65 @@ def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, lis
     return resolved
 
 
-def _annealing(algorithm: dict[str, Any]) -> dict[str, Any]:
-    """What :class:`~lift_lab_rl.rsl_rl.runner.LiftLabRunner` changes as training goes on; taken out of ``algorithm``.
-
-    Returns:
-        ``iterations`` (first and last), and name -> (initial, final value) under ``values``.
-    """
-    start, end = algorithm.pop("anneal_iterations")
-    values = {}
-    for name in ("entropy_coef", "desired_kl", "gamma"):
-        final = algorithm.pop(f"{name}_final")
-        if final is not None:
-            values[name] = (algorithm[name], final)
-    clip, clip_start = algorithm["advantage_clip"], algorithm.pop("advantage_clip_start")
-    if clip is not None and algorithm["normalize_advantage_per_mini_batch"]:
+def _algorithm(cfg: RslRlOnPolicyRunnerCfg) -> dict[str, Any]:
+    """The algorithm's class and arguments. Only our PPO gets those that are ours."""
+    algorithm = cfg.algorithm.to_dict()
+    for name, kinds in (("schedule", ("adaptive", "fixed")), ("time_out_bootstrap", (PREVIOUS_OBS, FINAL_OBS))):
+        if algorithm[name] not in kinds:
+            raise ConfigError(
+                f"agent.algorithm.{name}: no {name} '{algorithm[name]}'; {suggest(algorithm[name], kinds)}"
+            )
+    if algorithm["advantage_clip"] is not None and algorithm["normalize_advantage_per_mini_batch"]:
         raise ConfigError("agent.algorithm.advantage_clip needs normalize_advantage_per_mini_batch=False")
-    return {"iterations": (start, end), "values": values, "advantage_clip": (clip, clip_start)}
+    name = algorithm["class_name"]
+    algorithm["class_name"] = LIFT_LAB_PPO if name == "LiftLabPPO" else name
+    more = {
+        "num_threads": cfg.num_threads,
+        "average_share": cfg.average_share,
+        "init_action_mean": cfg.policy.init_action_mean,
+    }
+    if issubclass(_algorithm_class(algorithm["class_name"], name), LiftLabPPO):
+        return algorithm | more
+    used = [text for path, off, text in _PARTS if _value_at(cfg, path) != off]
+    if used:
+        raise ConfigError(
+            f"agent.algorithm.class_name: '{name}' has none of the parts of LiftLabPPO; "
+            f"switch off those that are on: {' '.join(used)}"
+        )
+    return {key: value for key, value in algorithm.items() if key not in _OURS}
 
 
-def _algorithm(algorithm: dict[str, Any], num_threads: int | None) -> dict[str, Any]:
-    if algorithm["schedule"] not in ("adaptive", "fixed"):
-        hint = suggest(algorithm["schedule"], ["adaptive", "fixed"])
-        raise ConfigError(f"agent.algorithm.schedule: no schedule '{algorithm['schedule']}'; {hint}")
-    if algorithm["time_out_bootstrap"] not in (PREVIOUS_OBS, FINAL_OBS):
-        hint = suggest(algorithm["time_out_bootstrap"], [PREVIOUS_OBS, FINAL_OBS])
-        raise ConfigError(f"agent.algorithm.time_out_bootstrap: no form '{algorithm['time_out_bootstrap']}'; {hint}")
-    if algorithm["class_name"] == "PPO":
-        return algorithm | {"class_name": PIECEWISE_PPO, "num_threads": num_threads}
-    owner = algorithm["class_name"]
-    rsl_rls = (("mean_reg_coef", 0.0, "0"), ("advantage_clip", None, "null"))
-    for name, off, written in (*rsl_rls, ("time_out_bootstrap", PREVIOUS_OBS, PREVIOUS_OBS)):
-        if algorithm.pop(name, off) != off:
-            raise ConfigError(f"agent.algorithm.{name}: {owner} does not know it; set it to {written}")
+_PARTS = (
+    ("algorithm.micro_batches", None, "agent.algorithm.micro_batches=null"),
+    ("algorithm.entropy_coef_final", None, "agent.algorithm.entropy_coef_final=null"),
+    ("algorithm.desired_kl_final", None, "agent.algorithm.desired_kl_final=null"),
+    ("algorithm.gamma_final", None, "agent.algorithm.gamma_final=null"),
+    ("algorithm.mean_reg_coef", 0.0, "agent.algorithm.mean_reg_coef=0"),
+    ("algorithm.advantage_clip", None, "agent.algorithm.advantage_clip=null"),
+    ("algorithm.time_out_bootstrap", PREVIOUS_OBS, f"agent.algorithm.time_out_bootstrap={PREVIOUS_OBS}"),
+    ("average_share", 0.0, "agent.average_share=0"),
+    ("policy.init_action_mean", None, "agent.policy.init_action_mean=null"),
+)
+"""Setting of each part of our PPO, the value that switches it off, and the override that does."""
+
+_OURS = {path.rpartition(".")[2] for path, *_ in _PARTS} | {"anneal_iterations", "advantage_clip_start"}
+
+
+def _value_at(cfg: RslRlOnPolicyRunnerCfg, path: str) -> Any:
+    owner, _, name = path.rpartition(".")
+    return getattr(getattr(cfg, owner) if owner else cfg, name)
+
+
+def _algorithm_class(path: str, name: str) -> type[PPO]:
+    """The class at ``path``, which the user calls ``name``."""
+    known = "use LiftLabPPO, rsl_rl's PPO, or 'module:Class' of a sub-class of either"
     try:
-        resolve_callable(owner)
+        found = resolve_callable(path)
     except (ValueError, ImportError, AttributeError) as error:
-        raise ConfigError(f"agent.algorithm.class_name: no algorithm '{owner}'; use 'PPO' or 'module:Class'") from error
-    return algorithm
+        raise ConfigError(f"agent.algorithm.class_name: no algorithm '{name}'; {known}") from error
+    if not (isinstance(found, type) and issubclass(found, PPO)):
+        raise ConfigError(f"agent.algorithm.class_name: '{name}' is no PPO; {known}")
+    return found
 
 
 def _logger(cfg: RslRlOnPolicyRunnerCfg) -> str | dict[str, Any]:

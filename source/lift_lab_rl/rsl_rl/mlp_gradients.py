@@ -1,8 +1,8 @@
-"""Passes of a multi-layer perceptron through blocks of samples: forward, and the gradients of its parameters.
+"""Forward and backward pass of a multi-layer perceptron over blocks of samples.
 
-At the sizes of these networks half the time of autograd's passes goes to memory: fresh arrays for every intermediate
-result, which the system hands over page by page, and passes over arrays that have left the second-level cache. Here a
-thread keeps its arrays, and a block is small enough for them to stay in the cache.
+At the sizes of these networks autograd spends half its time on memory: it allocates an array for every intermediate
+result, and reads arrays that have left the second-level cache. Here a thread keeps its arrays, and a block is small
+enough for them to stay in the cache.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ DEVICE_BLOCK_ROWS = 1 << 15
 """Samples in a block on another device, where only the memory for intermediate results sets a limit."""
 
 
-class EluPasses:
-    """Of a network with ELU (alpha 1) between its layers, in arrays that are used again and again.
+class EluMlp:
+    """Forward and backward pass of a network with ELU (alpha 1) between its layers, in arrays that are reused.
 
     For one thread at a time. Gradients are off in here: call within ``torch.no_grad()`` or inference mode.
     """
@@ -94,8 +94,8 @@ class EluPasses:
         return self._arrays[rows]
 
 
-class AutogradPasses:
-    """Of any network, by torch's automatic differentiation."""
+class AutogradMlp:
+    """Forward and backward pass of any network, by torch's automatic differentiation."""
 
     def __init__(self, network: nn.Module):
         """Keep the network.
@@ -107,21 +107,21 @@ class AutogradPasses:
         self._output: torch.Tensor | None = None
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """As :meth:`EluPasses.forward`."""
+        """As :meth:`EluMlp.forward`."""
         with torch.enable_grad():
             self._output = self._network(x)
         return self._output.detach()
 
     def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
-        """As :meth:`EluPasses.backward`."""
+        """As :meth:`EluMlp.backward`."""
         assert self._output is not None
         grads = torch.autograd.grad(self._output, list(self._network.parameters()), grad)
         torch._foreach_add_(list(sums), grads)
         self._output = None
 
 
-class NetworkPasses:
-    """A network's passes for any number of threads: each gets arrays of its own."""
+class MlpPerThread:
+    """A network for any number of threads: each gets arrays of its own."""
 
     def __init__(self, network: nn.Sequential):
         """Look at the network.
@@ -138,24 +138,25 @@ class NetworkPasses:
             and all(type(module) is nn.ELU and module.alpha == 1.0 for module in between)
             and all(layer.bias is not None for layer in self._layers)
         )
-        """Whether the passes are this module's rather than automatic differentiation's."""
+        """Whether the derivatives are written out here; otherwise automatic differentiation finds them."""
 
-    def here(self) -> EluPasses | AutogradPasses:
-        """The passes of the calling thread."""
-        passes: Any = getattr(self._local, "passes", None)
-        if passes is None:
-            passes = EluPasses(self._layers) if self.by_hand else AutogradPasses(self._network)
-            self._local.passes = passes
-        return passes
+    def here(self) -> EluMlp | AutogradMlp:
+        """The network of the calling thread."""
+        own: Any = getattr(self._local, "own", None)
+        if own is None:
+            own = EluMlp(self._layers) if self.by_hand else AutogradMlp(self._network)
+            self._local.own = own
+        return own
 
 
 class GradientSums:
-    """Sums over samples that a pass adds to: the gradients of a network's parameters and a few numbers besides.
+    """Sums over samples: the gradients of a network's parameters and a few more numbers.
 
     Attributes:
-        vector: all of it in one row, so that sums are added, averaged and scaled in one go.
+        vector: all sums in one row, so that they are added, averaged and scaled in one call.
         grads: a view of ``vector`` for each parameter, in the shape of the parameter.
-        extra: the numbers besides, the last of ``vector``, shape (count,).
+        extra: the other numbers, the last of ``vector``, shape (count,).
+        weights: the part of ``vector`` that ``grads`` shows.
     """
 
     def __init__(self, params: Sequence[nn.Parameter], extra: int):
@@ -163,10 +164,11 @@ class GradientSums:
 
         Args:
             params: the network's parameters.
-            extra: how many numbers besides.
+            extra: how many other numbers.
         """
         sizes = [param.numel() for param in params]
         with torch.inference_mode(False):
             self.vector = torch.zeros(sum(sizes) + extra, dtype=params[0].dtype, device=params[0].device)
         *grads, self.extra = self.vector.split([*sizes, extra])
+        self.weights = self.vector[: sum(sizes)]
         self.grads = [grad.view_as(param) for grad, param in zip(grads, params, strict=True)]

@@ -1,4 +1,4 @@
-"""The piecewise update is rsl_rl's PPO, in other words: same gradient, any number of threads, same bits."""
+"""An update in micro-batches takes rsl_rl's steps up to rounding, with the same bits on any number of threads."""
 
 import pytest
 import torch
@@ -8,8 +8,8 @@ from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab_rl.rsl_rl.ppo import PiecewisePPO
-from lift_lab_rl.threads import PiecePool, piece_bounds, use_one_torch_thread
+from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
+from lift_lab_rl.threads import use_one_torch_thread
 
 NUM_ENVS, STEPS, OBS, ACTIONS = 64, 6, 5, 3
 
@@ -22,7 +22,7 @@ def _one_thread():
     torch.set_num_threads(before)
 
 
-def make(cls, *, std_type="log", activation="elu", piece_rows=None, seed=0, **settings):
+def make(cls, *, std_type="log", activation="elu", rows=None, seed=0, **settings):
     torch.manual_seed(seed)
     obs = TensorDict({"policy": torch.zeros(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS])
     groups = {"actor": ["policy"], "critic": ["policy"]}
@@ -33,8 +33,9 @@ def make(cls, *, std_type="log", activation="elu", piece_rows=None, seed=0, **se
     storage = RolloutStorage("rl", NUM_ENVS, STEPS, obs, [ACTIONS])
     settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 4, **settings}
     algorithm = cls(actor, critic, storage, **settings)
-    if piece_rows is not None:
-        algorithm._piece_rows, algorithm._acting_rows, algorithm._block_rows = piece_rows, piece_rows, 7
+    if rows is not None:
+        parts = algorithm.micro_batches
+        parts.rows, parts.acting_rows, parts.block_rows = rows, rows, 7
     return algorithm
 
 
@@ -60,7 +61,7 @@ def rollouts(algorithm, count=2):
 
 
 def weights(algorithm):
-    state = [*algorithm._raw_actor.state_dict().values(), *algorithm._raw_critic.state_dict().values()]
+    state = [*algorithm.actor.state_dict().values(), *algorithm.critic.state_dict().values()]
     return torch.cat([value.detach().double().flatten() for value in state])
 
 
@@ -76,7 +77,7 @@ def weights(algorithm):
 )
 def test_an_update_ends_where_rsl_rl_ends(settings):
     # One rollout: rsl_rl draws (unused) actions while it learns, so that its later rollouts see other noise.
-    theirs, ours = make(PPO, **settings), make(PiecewisePPO, piece_rows=20, num_threads=2, **settings)
+    theirs, ours = make(PPO, **settings), make(LiftLabPPO, rows=20, num_threads=2, **settings)
     their_losses, our_losses = rollouts(theirs, 1), rollouts(ours, 1)
     torch.testing.assert_close(weights(ours), weights(theirs), atol=2e-5, rtol=1e-4)
     assert ours.learning_rate == theirs.learning_rate
@@ -85,27 +86,26 @@ def test_an_update_ends_where_rsl_rl_ends(settings):
 
 
 def test_a_critic_that_normalises_otherwise_than_the_actor_goes_on_doing_so():
-    theirs, ours = make(PPO), make(PiecewisePPO)
+    theirs, ours = make(PPO), make(LiftLabPPO)
     for algorithm in (theirs, ours):
-        algorithm._raw_critic.obs_normalizer._mean += 1.0
-        algorithm._raw_critic.obs_normalizer.count += 500
+        algorithm.critic.obs_normalizer._mean += 1.0
+        algorithm.critic.obs_normalizer.count += 500
         rollouts(algorithm, 1)
-    assert not torch.equal(ours._raw_critic.obs_normalizer._mean, ours._raw_actor.obs_normalizer._mean)
+    assert not torch.equal(ours.critic.obs_normalizer._mean, ours.actor.obs_normalizer._mean)
     torch.testing.assert_close(weights(ours), weights(theirs), atol=2e-5, rtol=1e-4)
 
 
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_the_number_of_threads_does_not_change_a_bit(threads):
-    one, many = make(PiecewisePPO, piece_rows=17, num_threads=1), make(PiecewisePPO, piece_rows=17, num_threads=threads)
+    one, many = make(LiftLabPPO, rows=17, num_threads=1), make(LiftLabPPO, rows=17, num_threads=threads)
     rollouts(one), rollouts(many)
     assert torch.equal(weights(one), weights(many))
 
 
 def test_a_fixed_standard_deviation_stays_fixed():
-    algorithm = make(PiecewisePPO)
-    std = next(algorithm._raw_actor.distribution.parameters())
+    algorithm = make(LiftLabPPO)
+    std = next(algorithm.actor.distribution.parameters())
     std.requires_grad_(False)
-    algorithm._params = algorithm._parameters()
     before = std.clone()
     rollouts(algorithm)
     assert torch.equal(std, before)
@@ -114,12 +114,12 @@ def test_a_fixed_standard_deviation_stays_fixed():
 def _mean_action_after_updates_without_reward(mean_reg_coef: float) -> tuple[float, float]:
     """Mean squared length of the mean action before and after two updates in a world where nothing matters."""
     settings = {"value_loss_coef": 0.0, "entropy_coef": 0.0, "gamma": 0.0, "schedule": "fixed", "desired_kl": None}
-    algorithm = make(PiecewisePPO, mean_reg_coef=mean_reg_coef, learning_rate=1e-2, **settings)
+    algorithm = make(LiftLabPPO, mean_reg_coef=mean_reg_coef, learning_rate=1e-2, **settings)
     obs = TensorDict({"policy": torch.randn(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS])
     lengths = []
     for _ in range(3):
         with torch.inference_mode():
-            mean = algorithm._raw_actor(obs)
+            mean = algorithm.actor(obs)
             lengths.append(mean.square().sum(-1).mean().item())
             for _ in range(STEPS):
                 algorithm.act(obs)
@@ -135,66 +135,24 @@ def test_the_mean_action_is_drawn_to_zero_where_nothing_else_speaks():
     assert after < 0.5 * before
 
 
-def _advantages(clip: float | None) -> torch.Tensor:
-    """Of a rollout in which one step in a hundred loses a lot."""
-    algorithm = make(PiecewisePPO, advantage_clip=clip)
-    generator = torch.Generator().manual_seed(2)
-    obs = TensorDict({"policy": torch.randn(NUM_ENVS, OBS, generator=generator)}, batch_size=[NUM_ENVS])
-    with torch.inference_mode():
-        for _ in range(STEPS):
-            algorithm.act(obs)
-            reward = torch.randn(NUM_ENVS, generator=generator)
-            reward -= 50.0 * (torch.rand(NUM_ENVS, generator=generator) < 0.01)
-            algorithm.process_env_step(obs, reward, torch.ones(NUM_ENVS).long(), {})
-        algorithm.compute_returns(obs)
-    return algorithm.storage.advantages
-
-
-def test_advantages_are_cut_off_at_a_number_of_standard_deviations():
-    free, cut = _advantages(None), _advantages(0.5)
-    assert free.abs().max() > 5.0  # the losses
-    expected = free.clip(-0.5, 0.5).double()
-    expected = (expected - expected.mean()) / expected.std()
-    torch.testing.assert_close(cut.double(), expected, atol=1e-5, rtol=1e-5)
-    assert cut.abs().max() < 0.6 * free.abs().max()
-    torch.testing.assert_close(_advantages(1000.0), free, atol=1e-5, rtol=1e-5)
-
-
-@pytest.mark.parametrize("clip", [0.0, -1.0, float("nan")])
-def test_a_limit_that_leaves_nothing_of_an_advantage_is_refused(clip):
-    with pytest.raises(ConfigError, match="advantage_clip is"):
-        make(PiecewisePPO, advantage_clip=clip)
-
-
 def test_mean_regularisation_is_refused_where_it_would_do_nothing():
     with pytest.raises(ConfigError, match="mean_reg_coef is -1"):
-        make(PiecewisePPO, mean_reg_coef=-1.0)
-    with pytest.raises(ConfigError, match="mean_reg_coef needs a Gaussian"):
-        make(PiecewisePPO, mean_reg_coef=0.1, use_mixed_precision=True)
+        make(LiftLabPPO, mean_reg_coef=-1.0)
+    with pytest.raises(ConfigError, match="mean_reg_coef needs micro-batches"):
+        make(LiftLabPPO, mean_reg_coef=0.1, use_mixed_precision=True)
+    with pytest.raises(ConfigError, match="mean_reg_coef needs micro-batches"):
+        make(LiftLabPPO, mean_reg_coef=0.1, micro_batches=False)
 
 
-def test_pieces_cover_everything_once_and_know_nothing_of_threads():
-    for total, size in ((1, 100), (6144, 1536), (1000, 300), (7, 2)):
-        bounds = piece_bounds(total, size)
-        assert [k for first, last in bounds for k in range(first, last)] == list(range(total))
-
-
-def test_a_pool_keeps_the_order_of_pieces_and_passes_errors_on():
-    pool = PiecePool(3)
-    assert pool.map(lambda k: k * k, 20) == [k * k for k in range(20)]
-
-    def fail(k):
-        if k == 5:
-            raise RuntimeError("piece 5")
-
-    with pytest.raises(RuntimeError, match="piece 5"):
-        pool.map(fail, 20)
-    pool.close()
+def test_micro_batches_that_are_asked_for_are_refused_where_they_cannot_be():
+    assert make(LiftLabPPO, use_mixed_precision=True).micro_batches is None
+    with pytest.raises(ConfigError, match="micro_batches needs a Gaussian multi-layer perceptron"):
+        make(LiftLabPPO, micro_batches=True, use_mixed_precision=True)
 
 
 def test_time_outs_of_an_earlier_rollout_are_not_those_of_a_later_one():
     """An environment may tell of time-outs only in steps that have some."""
-    ours = make(PiecewisePPO)
+    ours = make(LiftLabPPO)
     obs, ones = TensorDict({"policy": torch.zeros(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS]), torch.ones(NUM_ENVS)
     rewards = []
     for extras in ({"time_outs": ones.bool()}, {}):

@@ -1,9 +1,9 @@
-"""The average of the policies of late training.
+"""Exponential moving average (EMA) of the policy's weights.
 
-An update moves the policy by a divergence that is meant for learning, which at the end of training is more than its
-remaining error: neighbouring checkpoints differ by millimetres at the hand. Their average does not. Averaging over a
-fixed share of the training so far (polynomial-decay averaging: Shamir and Zhang, 2013) needs no schedule: it follows
-closely while the policy still changes fast.
+An update moves the policy by a divergence that is meant for learning. At the end of training that is more than its
+remaining error: neighbouring checkpoints differ by millimetres at the hand. Their average does not. The average covers
+a fixed share of the training so far (polynomial-decay averaging: Shamir and Zhang, 2013), so it needs no schedule: it
+follows closely while the policy still changes fast.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def acting_policy(content: dict[str, Any], path: str | Path) -> dict[str, torch.
     raise ConfigError(f"'{path}' holds no policy: it has neither '{AVERAGE}' nor '{LAST}'")
 
 
-class PolicyAverage:
-    """A running average of the parameters of an actor.
+class PolicyEma:
+    """A running average of the parameters of an actor. Training never uses it.
 
     Attributes:
         parameters: name -> averaged parameter.
@@ -57,7 +57,7 @@ class PolicyAverage:
         self.parameters = {name: value.detach().clone() for name, value in actor.named_parameters()}
 
     def update(self, iteration: int) -> None:
-        """Take the actor in.
+        """Add the present actor.
 
         Args:
             iteration: updates done so far, this one included.
@@ -72,6 +72,6 @@ class PolicyAverage:
         return {**self._actor.state_dict(), **self.parameters}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from a saved average."""
+        """Continue from a saved average."""
         for name, value in self.parameters.items():
             value.copy_(state[name])

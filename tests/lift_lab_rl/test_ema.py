@@ -9,7 +9,7 @@ from point_task import AgentCfg, PointEnv
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
-from lift_lab_rl.rsl_rl.policy_average import AVERAGE
+from lift_lab_rl.rsl_rl.ema import AVERAGE
 from lift_lab_rl.rsl_rl.pretrained import write_pretrained
 
 SHARE = 0.5
@@ -63,7 +63,7 @@ def test_a_run_that_starts_to_average_begins_at_the_policy_it_loads(tmp_path):
     runner = make_runner(None)
     runner.load(str(tmp_path / "model_2.pt"))
     for name, value in weights(runner).items():
-        assert torch.equal(runner.average.parameters[name], value)
+        assert torch.equal(runner.alg.ema.parameters[name], value)
 
 
 @pytest.mark.parametrize(("share", "entry"), [(SHARE, AVERAGE), (0.0, "actor_state_dict")])

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import nn
 
-from lift_lab_rl.rsl_rl.mlp_passes import AutogradPasses, EluPasses, GradientSums, NetworkPasses
+from lift_lab_rl.rsl_rl.mlp_gradients import AutogradMlp, EluMlp, GradientSums, MlpPerThread
 
 
 def network(activation=nn.ELU, **settings):
@@ -22,7 +22,7 @@ def test_gradients_are_those_that_autograd_finds_summed_over_blocks(activation):
     reference = copy.deepcopy(ours)
     x, weight = torch.randn(23, 5).double(), torch.randn(23, 2).double()
     (reference(x) * weight).sum().backward()
-    passes, sums = NetworkPasses(ours).here(), GradientSums(list(ours.parameters()), 3)
+    passes, sums = MlpPerThread(ours).here(), GradientSums(list(ours.parameters()), 3)
     sums.vector.zero_()
     with torch.no_grad():
         for rows in (slice(0, 4), slice(4, 15), slice(15, 23)):  # growing and shrinking blocks
@@ -35,14 +35,14 @@ def test_gradients_are_those_that_autograd_finds_summed_over_blocks(activation):
 
 def test_a_network_without_hidden_layers_is_one_matrix_product():
     layer = nn.Linear(4, 3)
-    passes, x = EluPasses([layer]), torch.randn(6, 4)
+    passes, x = EluMlp([layer]), torch.randn(6, 4)
     with torch.no_grad():
         torch.testing.assert_close(passes.forward(x), layer(x))
 
 
 def test_arrays_of_a_rollout_serve_the_update_too():
     net = network().float()
-    passes, sums = EluPasses([net[0], net[2], net[4]]), GradientSums(list(net.parameters()), 1)
+    passes, sums = EluMlp([net[0], net[2], net[4]]), GradientSums(list(net.parameters()), 1)
     with torch.inference_mode():
         passes.forward(torch.randn(9, 5))
     with torch.no_grad():
@@ -62,11 +62,11 @@ def test_arrays_of_a_rollout_serve_the_update_too():
     ids=["elu", "elu of another alpha", "relu", "elu at the end", "no bias"],
 )
 def test_only_networks_with_plain_elu_are_passed_by_hand(net, by_hand):
-    assert isinstance(NetworkPasses(net).here(), EluPasses if by_hand else AutogradPasses)
+    assert isinstance(MlpPerThread(net).here(), EluMlp if by_hand else AutogradMlp)
 
 
 def test_every_thread_has_arrays_of_its_own():
-    passes = NetworkPasses(network())
+    passes = MlpPerThread(network())
     with ThreadPoolExecutor(1) as other:
         assert other.submit(passes.here).result() is not passes.here()
     assert passes.here() is passes.here()

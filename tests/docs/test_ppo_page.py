@@ -1,0 +1,31 @@
+"""The page on PPO shows a script that runs, files that exist and settings that there are."""
+
+import re
+from pathlib import Path
+
+import lift_lab_tasks  # noqa: F401
+from lift_lab_tasks.utils import load_cfg_from_registry
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "ppo.md").read_text()
+FOLDER = ROOT / "source" / "lift_lab_rl" / "rsl_rl"
+
+
+def test_the_block_of_python_runs():
+    (code,) = re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
+    names = {}
+    exec(compile(code, "ppo.md", "exec"), names)
+    assert names["runner"].current_learning_iteration == 1  # rsl_rl counts one less
+
+
+def test_every_file_and_setting_that_is_named_exists():
+    (diagram,) = re.findall(r"^```text\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
+    files = set(re.findall(r"\w+\.py", diagram)) - {"train.py"}
+    assert len(files) > 10
+    assert [name for name in files if not (FOLDER / name).is_file()] == []
+    agent = load_cfg_from_registry("Cartpole", "rsl_rl_cfg_entry_point")
+    for path in re.findall(r"`agent\.([\w.]+)", PAGE):
+        value = agent
+        for name in path.split("."):
+            assert hasattr(value, name), f"agent.{path}"
+            value = getattr(value, name)
