@@ -187,7 +187,7 @@ def measure_task(args, overrides: list[str], flags: list[cli.FlagSetting]) -> di
         "env_memory_bytes": used,
     }
     alone = make_physics(
-        physics.model, inner.num_envs, inner.device, env_cfg.sim.physics, num_threads=env_cfg.sim.num_threads
+        physics.model, inner.num_envs, inner.device, env_cfg.sim.physics, **physics.options_of(env_cfg.sim)
     )
     env_s, physics_s, captures = measure(env, physics, alone, args.steps, args.seed)
     alone.close()

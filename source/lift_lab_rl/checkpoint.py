@@ -20,13 +20,12 @@ import torch
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.physics.base import Physics
-from lift_lab.utils.errors import LiftLabError
+from lift_lab.utils.errors import StateMismatchError
 
-from .physics_state import check_physics_state, load_physics_state, physics_state, physics_storages
 from .state_capture import Capture
-from .state_restore import Restore, StateMismatchError
+from .state_restore import Restore
 
-VERSION = 2
+VERSION = 3
 """Version of the form of a saved state."""
 
 
@@ -46,12 +45,12 @@ def env_state(env: Any) -> dict[str, Any]:
         (copies, on the CPU) and plain values, see :mod:`.state_nodes`. ``unsaved``: path and type of what could not be
         written down. The global random numbers are not in it: see :func:`rng_state`.
     """
-    capture = Capture(physics_storages(env.sim.physics), _is_left_out, env.device)
+    capture = Capture(env.sim.physics.storages(), _is_left_out, env.device)
     objects = capture.node(env, "")
     return {
         "version": VERSION,
         "num_envs": env.num_envs,
-        "physics": physics_state(env.sim.physics),
+        "physics": env.sim.physics.state_dict(),
         "objects": objects,
         "unsaved": capture.unsaved,
     }
@@ -79,15 +78,10 @@ def load_env_state(env: Any, state: dict[str, Any]) -> None:
     if num_envs != env.num_envs:
         raise StateMismatchError(f"the saved state has {num_envs} environments, this run {env.num_envs}")
     physics = env.sim.physics
-    try:
-        check_physics_state(physics, state["physics"])
-    except LiftLabError:
-        raise
-    except Exception as error:  # of a state that is no state, anything can be wrong
-        raise StateMismatchError(f"the saved state of the physics is not valid: {error}") from error
-    restore = Restore(physics_storages(physics), _is_left_out, env.device)
+    physics.check_state_dict(state.get("physics"))
+    restore = Restore(physics.storages(), _is_left_out, env.device)
     restore.plan(env, state.get("objects"))
-    load_physics_state(physics, state["physics"])
+    physics.load_state_dict(state["physics"])
     restore.apply()
 
 

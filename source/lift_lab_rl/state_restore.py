@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from lift_lab.utils.errors import LiftLabError
-from lift_lab.utils.saved_state import unsaved_attributes
+from lift_lab.utils.errors import StateMismatchError
+from lift_lab.utils.saved_state import copy_into, unsaved_attributes
 
 from .state_capture import Capture, bytes_of, view_of
 from .state_nodes import (
@@ -36,11 +36,6 @@ from .state_nodes import (
     sequence_kind,
     set_generator,
 )
-
-
-class StateMismatchError(LiftLabError, ValueError):
-    """A saved state is of something else."""
-
 
 _KINDS = frozenset(
     {
@@ -382,15 +377,6 @@ class Restore:
             and (known is None or known.data_ptr() == mine.data_ptr())
             and self._saved_of_live.get(mine.data_ptr(), source.data_ptr()) == source.data_ptr()
         )
-
-
-def copy_into(target: torch.Tensor, values: torch.Tensor) -> None:
-    """Write values into a tensor in place, also into one of inference mode or one that repeats its entries."""
-    for dim, stride in enumerate(target.stride()):
-        if stride == 0 and target.shape[dim] > 1:
-            target, values = target.narrow(dim, 0, 1), values.narrow(dim, 0, 1)
-    with torch.inference_mode(target.is_inference()), torch.no_grad():  # in this order: the first allows gradients
-        target.copy_(values)
 
 
 def _same_bytes(a: torch.Tensor, b: torch.Tensor) -> bool:

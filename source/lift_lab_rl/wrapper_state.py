@@ -10,8 +10,10 @@ from typing import Any
 
 import gymnasium as gym
 
+from lift_lab.utils.errors import StateMismatchError
+
 from .state_capture import Capture
-from .state_restore import Restore, StateMismatchError
+from .state_restore import Restore
 
 _WITHOUT_STATE = ("OrderEnforcing", "PassiveEnvChecker", "RecordVideo")
 """Wrappers of gymnasium and of this project that change nothing about the episodes."""

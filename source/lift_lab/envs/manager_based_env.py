@@ -65,6 +65,9 @@ class ManagerBasedEnv:
     """Modes of events that this environment applies; an event of another mode is an error. A sub-class that applies
     modes of its own lists them here, or None for any."""
 
+    auto_reset_failed: ClassVar[bool] = False
+    """Whether the engine resets environments in which the physics fails within the step."""
+
     def __init__(self, cfg: ManagerBasedEnvCfg):
         """Build the scene, start the simulation and create the managers.
 
@@ -84,7 +87,7 @@ class ManagerBasedEnv:
         else:
             cfg.seed = self.seed(cfg.seed)
         self._note_ignored()
-        self.sim = SimulationContext(cfg.sim)
+        self.sim = SimulationContext(cfg.sim, self.auto_reset_failed)
         try:
             self._build()
         except BaseException:

@@ -33,6 +33,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     """
 
     is_vector_env: ClassVar[bool] = True
+    auto_reset_failed = True
     metadata: dict[str, Any] = {  # gymnasium's
         "render_modes": [None, "rgb_array"],
         "autoreset_mode": gym.vector.AutoresetMode.SAME_STEP,
@@ -91,7 +92,6 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
     def load_managers(self) -> None:
         """Create the managers that need the running simulation, each after those that it reads."""
-        self.sim.physics.mends_failures = self.sim.physics.name == "warp"
         self.command_manager = CommandManager(self.cfg.commands, self)
         super().load_managers()
         if not self.action_manager.total_action_dim:
@@ -232,19 +232,13 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     # -- parts of a step
 
     def _check_health(self, physics: Physics) -> None:
-        """Put environments in which the physics failed back to the model's default state at once.
+        """Take note of environments in which the physics failed: their episodes end in :meth:`_end_failed_episodes`.
 
-        So no term ever reads their numbers. Their episodes end in :meth:`_end_failed_episodes`.
+        The engine has put them into the model's default state, so no term ever reads their numbers.
         """
         health = physics.health()
         if health.none_failed:
             return
-        if not physics.mends_failures:  # else the engine has done it within the step, and the host need not wait
-            failed_ids = health.failed.nonzero().squeeze(-1)
-            if len(failed_ids) == 0:
-                return
-            physics.reset(failed_ids)
-            physics.refresh(failed_ids)
         for kind in self._failure_counts:
             failed, before = getattr(health, kind), self._failures.get(kind)
             self._failures[kind] = failed if before is None else before | failed
@@ -275,7 +269,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         With an engine for which the host must not wait, the same question tells commands and interval events which
         environments will be due in this step.
         """
-        if not self.sim.physics.mends_failures:
+        if not self.sim.physics.is_asynchronous:
             return self.reset_buf.nonzero().squeeze(-1)
         foretold = [
             *self.command_manager.foretell(self.step_dt, self.reset_buf),

@@ -5,8 +5,19 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import configclass
-from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, INT32_COUNT, NOT_NEGATIVE, POSITIVE, Range, Ranges
+from lift_lab.utils.ranges import (
+    COUNT,
+    COUNT_OR_ZERO,
+    FINITE,
+    INT32_COUNT,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Choices,
+    Range,
+    Ranges,
+)
 
+from .engines import engine_names
 from .spawners.materials import RigidBodyMaterialCfg
 
 
@@ -122,8 +133,9 @@ class SimulationCfg:
     """Isaac Lab's prim path of the physics scene. A label here."""
     device: str = "auto"
     """Torch device of every tensor: ``"cpu"``, ``"cuda:N"``, or ``"auto"`` (a GPU where there is one)."""
-    physics: Literal["native", "warp"] | None = None
-    """Engine: ``native`` (MuJoCo on CPU threads) or ``warp`` (mujoco-warp). None: native on cpu, warp on cuda."""
+    physics: str | None = None
+    """Engine: ``native`` (MuJoCo on CPU threads), ``warp`` (mujoco-warp) or one that a package adds
+    (:mod:`lift_lab.sim.engines`). None: native on cpu, warp on cuda."""
     num_threads: int | None = None
     """Threads of the native engine's pool. None uses every CPU this process may run on."""
     dt: float = 1.0 / 60.0
@@ -148,4 +160,9 @@ class SimulationCfg:
     save_logs_to_file: bool = True
     log_dir: str | None = None
 
-    _ranges: ClassVar[Ranges] = {"num_threads render_interval": COUNT, "dt": Range(1e-9), "gravity": FINITE}
+    _ranges: ClassVar[Ranges] = {
+        "physics": Choices(engine_names),
+        "num_threads render_interval": COUNT,
+        "dt": Range(1e-9),
+        "gravity": FINITE,
+    }

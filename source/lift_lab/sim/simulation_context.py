@@ -20,7 +20,7 @@ import torch
 from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .engine_settings import check_engine_settings
+from .engines import engine_class
 from .ignored import note_changed_fields
 from .physics import make_physics
 from .rendering import FrameRenderer, RenderView
@@ -109,11 +109,16 @@ class SimulationContext:
     _current: ClassVar[SimulationContext | None] = None
     _closed: ClassVar[weakref.WeakSet[SimulationContext]] = weakref.WeakSet()  # not yet freed
 
-    def __init__(self, cfg: SimulationCfg | None = None):
+    def __init__(self, cfg: SimulationCfg | None = None, auto_reset_failed: bool = False):
         """Hold the settings; nothing is compiled before :meth:`reset`.
 
+        Args:
+            cfg: the settings; None for the defaults.
+            auto_reset_failed: whether a step resets environments in which the physics fails, see
+                :attr:`~lift_lab.sim.physics.base.Physics.auto_reset_failed`.
+
         Raises:
-            ConfigError: the device does not exist, or the engine cannot honour a setting.
+            ConfigError: the device or the engine does not exist, or the engine cannot honour a setting.
         """
         SimulationContext._free_closed()
         self.cfg = (cfg if cfg is not None else SimulationCfg()).copy()
@@ -124,7 +129,8 @@ class SimulationContext:
         self._num_envs = 0
         self._renderer: FrameRenderer | None = None
         self._view = RenderView()
-        check_engine_settings(self.cfg, self._device)
+        engine = engine_class(self.cfg.physics, self._device)
+        self._engine_options = engine.options_of(self.cfg) | {"auto_reset_failed": auto_reset_failed}
         self._note_ignored()
         SimulationContext._current = self
 
@@ -272,19 +278,8 @@ class SimulationContext:
             model = self._scene.spec.compile()
         except ValueError as error:
             raise PhysicsError(f"MuJoCo cannot compile the scene: {error}") from error
-        options = {}
-        if self.cfg.mujoco.nconmax is not None:
-            options["nconmax"] = self.cfg.mujoco.nconmax
-        if self.cfg.mujoco.njmax is not None:
-            options["njmax"] = self.cfg.mujoco.njmax
-        self._physics = make_physics(
-            model,
-            self._scene.num_envs,
-            self._device,
-            self.cfg.physics,
-            num_threads=self.cfg.num_threads,
-            **options,
-        )
+        num_envs, kind = self._scene.num_envs, self.cfg.physics
+        self._physics = make_physics(model, num_envs, self._device, kind, **self._engine_options)
         self._scene.initialize()
         self._physics.refresh()
 

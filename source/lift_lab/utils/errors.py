@@ -67,6 +67,10 @@ class PhysicsError(LiftLabError, RuntimeError):
     """The physics engine cannot do what was asked."""
 
 
+class StateMismatchError(LiftLabError, ValueError):
+    """A saved state is of something else."""
+
+
 def suggest(name: str, choices: Iterable[str], n: int = 3) -> str:
     """Propose the nearest valid names for one that is not valid.
 

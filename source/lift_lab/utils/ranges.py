@@ -18,7 +18,7 @@ import dataclasses
 import functools
 import math
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ import numpy as np
 import torch
 
 from .config_update import field_hints
+from .errors import quote
 from .field_kinds import kind_problem
 
 _NUMBERS = (int, float, np.integer, np.floating)
@@ -130,7 +131,22 @@ def _text(number: Any) -> str:
     return str(int(number)) if whole else f"{number:g}"
 
 
-Ranges = Mapping[str, Range]
+@dataclass(frozen=True)
+class Choices:
+    """Names that a field takes, asked for whenever a configuration is checked."""
+
+    names: Callable[[], Sequence[str]]
+    """Gives the names."""
+
+    def problem(self, path: str, value: Any) -> str | None:
+        """What is wrong with a value, in one line; None if nothing is."""
+        return None if value is None or value in self.names() else f"{path} is {value!r}; it must be {self}"
+
+    def __str__(self) -> str:
+        return f"one of {quote(self.names())}"
+
+
+Ranges = Mapping[str, Range | Choices]
 """Ranges by the names of fields; a key may name several, separated by spaces."""
 
 FINITE = Range()
@@ -168,9 +184,9 @@ SEED = Range(0, 2**32 - 1, whole=True, also=(-1,))
 
 
 @functools.cache
-def ranges_of(cls: type) -> dict[str, Range]:
+def ranges_of(cls: type) -> dict[str, Range | Choices]:
     """Declared ranges of a configuration class, those of its bases included."""
-    found: dict[str, Range] = {}
+    found: dict[str, Range | Choices] = {}
     for base in reversed(cls.__mro__):
         for names, taken in vars(base).get("_ranges", {}).items():
             found.update(dict.fromkeys(names.split(), taken))

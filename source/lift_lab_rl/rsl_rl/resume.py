@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
-from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
+from lift_lab.utils.errors import ConfigError, FileError, LiftLabError, StateMismatchError
 from lift_lab_rl import distributed
 from lift_lab_rl.checkpoint import (
-    StateMismatchError,
     check_rng_state,
     env_state,
     load_env_state,

@@ -38,7 +38,7 @@ def describe(task: str, overrides: Sequence[str] = ()) -> list[Table]:
     cfg, _ = compose(task, None, overrides)
     num_envs, configured_device = cfg.scene.num_envs, cfg.sim.device
     cfg.scene.num_envs, cfg.sim.device, cfg.sim.num_threads = 1, "cpu", 1
-    physics, cfg.sim.physics = cfg.sim.physics, "native"
+    physics, cfg.sim.physics = cfg.sim.physics, None  # the default of the CPU
     cfg.seed = cfg.seed if cfg.seed is not None else 0
     env: Any = gym.make(task, cfg=cfg)
     try:

@@ -22,7 +22,7 @@ class JointDynamics:
         self._joint_ids = joint_ids
         self._bodies = torch.tensor(asset._ids, device=asset.device)
         self._dofs = torch.tensor(asset._dof_ids, device=asset.device)[joint_ids]
-        self._moves = asset._physics._moving_dofs[self._bodies[:, None], self._dofs]
+        self._moves = asset._physics.moving_dofs[self._bodies[:, None], self._dofs]
 
     def mass_matrix(self) -> torch.Tensor:
         """Joint-space inertia, shape (num_envs, num_joints, num_joints)."""

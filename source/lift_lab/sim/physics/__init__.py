@@ -1,33 +1,30 @@
-"""Physics engines behind one interface: MuJoCo on a thread pool ("native") and MuJoCo-Warp ("warp").
+"""Physics engines behind one interface; :mod:`lift_lab.sim.engines` lists them.
 
-The engine's own package is imported when one is made, so that a CPU run never pays for warp.
+An engine's own package is imported when one is made, so that a CPU run never pays for warp.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+import inspect
+from typing import Any
 
 import mujoco
 import torch
 
+from lift_lab.sim.engines import engine_class
 from lift_lab.utils.errors import ConfigError, suggest
 
 from .base import DERIVED_FIELDS, STATE_FIELDS, Health, Physics, Stage
-from .memory import check_fits, native_bytes
 from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS
-
-PHYSICS_KINDS = ("native", "warp")
-"""The engines there are."""
 
 
 def make_physics(
     model: mujoco.MjModel,
     num_envs: int,
     device: str | torch.device = "cpu",
-    kind: Literal["native", "warp"] | None = None,
-    num_threads: int | None = None,
-    nconmax: int | None = None,
-    njmax: int | None = None,
+    kind: str | None = None,
+    auto_reset_failed: bool = False,
+    **options: Any,
 ) -> Physics:
     """Make `num_envs` simulations of a model.
 
@@ -35,28 +32,20 @@ def make_physics(
         model: the compiled model; it is copied.
         num_envs: number of environments.
         device: where the tensors live, "cpu" or "cuda:N".
-        kind: "native" (CPU, float64 inside) or "warp" (CUDA, also CPU; float32); None takes warp on CUDA and
-            native elsewhere.
-        num_threads: threads of the native engine, None for every CPU this process may use; results do not
-            depend on it, and warp has none.
-        nconmax: contacts per environment that warp allocates, None for an estimate; native needs no bound.
-        njmax: constraint rows per environment that warp allocates, as `nconmax`.
+        kind: name of the engine, such as "native" (CPU, float64 inside) or "warp" (CUDA, also CPU; float32); None for
+            the device's default: warp on CUDA and native on the CPU.
+        auto_reset_failed: see :attr:`Physics.auto_reset_failed`.
+        **options: the engine's own. native: `num_threads`, None for every CPU this process may use; results do not
+            depend on it. warp: `nconmax` and `njmax`, contacts and constraint rows per environment to allocate, None
+            for an estimate.
 
     Raises:
-        ConfigError: unknown kind, or one that cannot run on the device, or more environments than fit into memory.
+        ConfigError: an unknown engine or option, an engine that cannot run on the device, or more environments than
+            fit into memory.
     """
-    device = torch.device(device)
-    if kind is None:
-        kind = "warp" if device.type == "cuda" else "native"
-    if kind == "native":
-        from .native import NativePhysics
-
-        check_fits("scene.num_envs", num_envs, native_bytes(model), device)
-        return NativePhysics(model, num_envs, device, num_threads=num_threads)
-    if kind == "warp" and model.nflex:
-        raise ConfigError("soft bodies are simulated by the native engine only; choose sim.device='cpu'")
-    if kind == "warp":
-        from .warp import WarpPhysics
-
-        return WarpPhysics(model, num_envs, device, nconmax=nconmax, njmax=njmax)
-    raise ConfigError(f"unknown physics '{kind}'; {suggest(kind, PHYSICS_KINDS)}")
+    engine = engine_class(kind, device)
+    known = list(inspect.signature(engine).parameters)
+    for name in options:
+        if name not in known:
+            raise ConfigError(f"the physics engine '{engine.name}' has no option '{name}'; {suggest(name, known[3:])}")
+    return engine(model, num_envs, torch.device(device), auto_reset_failed=auto_reset_failed, **options)

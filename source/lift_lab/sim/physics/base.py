@@ -1,7 +1,6 @@
-"""The physics seam: what every layer above sees of a physics engine.
+"""The interface of the physics engines: what every layer above sees of one.
 
-Owns the abstract class :class:`Physics`, its health report, and the tables of field names that both engines
-serve. Everything crosses the seam as a torch tensor whose first dimension is the environment; the others are
+Everything passes as a torch tensor whose first dimension is the environment; the others are
 those of the MjData or MjModel field of that name, so `xmat` is (num_envs, nbody, 9). Quaternions are wxyz.
 Each environment is a world of its own around its own origin.
 """
@@ -10,92 +9,26 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence, Set
-from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import mujoco
 import numpy as np
 import torch
 
-from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError, suggest
+from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError, StateMismatchError, suggest
+from lift_lab.utils.saved_state import check_tensor, copies, copy_into
 
+from .data_fields import DERIVED_FIELDS, MOVING_FIELDS, NEEDS_SENSOR, STATE_FIELDS, Stage, sensor_stages
 from .engine_warnings import throttle_engine_warnings
-from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS, check_model_fields, words
+from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS, check_model_fields
+from .rows import ids_tensor
 
+if TYPE_CHECKING:
+    from lift_lab.sim.simulation_cfg import SimulationCfg
 
-class Stage(IntEnum):
-    """How much of the forward dynamics a field needs; the values are MuJoCo's `mjtStage`."""
-
-    NONE = 0
-    """A state field: needs nothing."""
-    POS = 1
-    """Depends on positions: current after step() and refresh()."""
-    VEL = 2
-    """Depends on velocities too: current after step() and refresh() once any such field is bound."""
-    ACC = 3
-    """Depends on forces: after step() it belongs to the last substep; forward() makes it current."""
-
-
-STATE_FIELDS = words("time qpos qvel act ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat")
-"""Fields that write() takes. `xfrc_applied` is (force, torque) at a body's centre of mass, world frame."""
-
-_MOVING_FIELDS = frozenset(("qpos", "qvel", "mocap_pos", "mocap_quat"))
-"""State fields that kinematics depend on."""
-
-MAX_VALUE = 1e10
-"""MuJoCo's bound (mjMAXVAL) on healthy positions, velocities and accelerations."""
-
-FRAME_FIELDS = words("xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat site_xpos site_xmat")
-"""Fields that follow from joint positions, mocap poses and :data:`FRAME_MODEL_FIELDS` alone."""
-
-FRAME_MODEL_FIELDS = words(
-    "qpos0 body_pos body_quat body_ipos body_iquat jnt_pos jnt_axis geom_pos geom_quat site_pos site_quat"
-)
-"""Model fields that :data:`FRAME_FIELDS` depend on."""
-
-MOTION_FIELDS = words("subtree_com cdof cinert cvel cdof_dot")
-"""Fields that follow from joint positions and velocities, mocap poses, :data:`FRAME_MODEL_FIELDS` and
-:data:`MOTION_MODEL_FIELDS` alone."""
-
-MOTION_MODEL_FIELDS = words("body_mass body_inertia")
-"""Model fields that :data:`MOTION_FIELDS` depend on and :data:`FRAME_FIELDS` do not."""
-
-_POS_FIELDS = (
-    *FRAME_FIELDS,
-    *words("cam_xpos cam_xmat subtree_com cdof cinert ten_length actuator_length"),
-)
-_VEL_FIELDS = words(
-    "cvel cdof_dot ten_velocity actuator_velocity qfrc_bias qfrc_passive qfrc_gravcomp",
-    "subtree_linvel subtree_angmom",
-)
-_ACC_FIELDS = words(
-    "qacc act_dot actuator_force qfrc_actuator qfrc_smooth qfrc_constraint",
-    "cacc cfrc_int cfrc_ext",
-)
-
-DERIVED_FIELDS: dict[str, Stage] = {
-    **dict.fromkeys(_POS_FIELDS, Stage.POS),
-    **dict.fromkeys(_VEL_FIELDS, Stage.VEL),
-    **dict.fromkeys(_ACC_FIELDS, Stage.ACC),
-    "sensordata": Stage.POS,
-}
-"""Read-only fields and the stage each needs; `sensordata` needs its sensors', :func:`sensor_stages`."""
-
-_SENSOR = mujoco.mjtSensor
-_SUBTREE_SENSORS = (_SENSOR.mjSENS_SUBTREELINVEL, _SENSOR.mjSENS_SUBTREEANGMOM)
-_ACCELERATION_SENSORS = (
-    _SENSOR.mjSENS_ACCELEROMETER,
-    _SENSOR.mjSENS_FORCE,
-    _SENSOR.mjSENS_TORQUE,
-    _SENSOR.mjSENS_FRAMELINACC,
-    _SENSOR.mjSENS_FRAMEANGACC,
-)
-_NEEDS_SENSOR: dict[str, tuple[mujoco.mjtSensor, ...]] = {
-    **dict.fromkeys(("subtree_linvel", "subtree_angmom"), _SUBTREE_SENSORS),
-    **dict.fromkeys(("cacc", "cfrc_int", "cfrc_ext"), _ACCELERATION_SENSORS),
-}
-"""Fields that MuJoCo computes only when the model has one of these sensors."""
+STATE_VERSION = 1
+"""Version of the form of :meth:`Physics.state_dict`."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,44 +51,63 @@ class Health:
 class Physics(ABC):
     """`num_envs` simulations of one compiled model.
 
-    A failed environment disturbs no other and is never reset behind the caller's back: it is reported by
-    :meth:`health` and keeps its bad state until :meth:`reset`.
+    A failed environment disturbs no other. :meth:`health` reports it. It keeps its bad state until :meth:`reset`,
+    unless :attr:`auto_reset_failed`.
 
     Args:
         model: the compiled model; copied, so that the caller's own stays as it was.
         num_envs: number of environments, at least 1.
         device: where the tensors live.
+        auto_reset_failed: see the attribute.
 
     Raises:
         ConfigError: `num_envs` is below 1.
     """
 
-    name: str
-    """Which engine this is: "native" or "warp"."""
+    name: ClassVar[str]
+    """Name of the engine in :mod:`lift_lab.sim.engines`."""
+    is_asynchronous: ClassVar[bool] = False
+    """Whether calls return before their work is done, so that the host waits where it reads a value."""
     model: mujoco.MjModel
     """The compiled model all environments share, with MuJoCo's own automatic reset of bad states disabled."""
     num_envs: int
     device: torch.device
-    mends_failures: bool = False
-    """Whether step() itself puts failed environments into the model's default state before it makes the kinematics
-    current; health() reports them as ever. For a caller that must not wait for an answer; the warp engine can."""
+    auto_reset_failed: bool
+    """Whether step() itself puts environments that fail into the model's default state and makes their kinematics
+    current. health() reports them as ever."""
+    moving_dofs: torch.Tensor
+    """Which degrees of freedom move which bodies, ones and zeros, (nbody, nv)."""
 
     _is_closed = False
 
-    def __init__(self, model: mujoco.MjModel, num_envs: int, device: torch.device):
+    def __init__(self, model: mujoco.MjModel, num_envs: int, device: torch.device, auto_reset_failed: bool = False):
         if num_envs < 1:
             raise ConfigError(f"num_envs must be at least 1, got {num_envs}")
         throttle_engine_warnings()
         self.model = _own_copy(model)
         self.num_envs = num_envs
         self.device = device
+        self.auto_reset_failed = auto_reset_failed
         self._shapes = mujoco.MjData(self.model)
-        self._moving_dofs = _moving_dofs(self.model).to(device)
+        self.moving_dofs = _moving_dofs(self.model).to(device)
         self._gravity = torch.tensor(self.model.opt.gravity, dtype=torch.float32, device=device).expand(num_envs, 3)
         self._gravity_may_differ = False
         self._stale: list[torch.Tensor | Sequence[int] | None] = []  # environments moved since kinematics were current
         self._acceleration: torch.Tensor | None = None
         self._inputs: dict[str, tuple[torch.Tensor, int]] = {}  # CONSTANT_INPUTS in use, as of the constants
+        self._has_own_constants = False  # whether constants were derived for each environment
+
+    @classmethod
+    def options_of(cls, cfg: SimulationCfg) -> dict[str, Any]:
+        """The constructor's own arguments that the simulation's settings ask for.
+
+        The place where an engine refuses settings that it cannot honour, and notes those that it does not use
+        (:func:`lift_lab.sim.ignored.note_ignored`), before anything is built.
+
+        Raises:
+            ConfigError: a setting that the engine cannot honour.
+        """
+        return {}
 
     @abstractmethod
     def field(self, name: str) -> torch.Tensor:
@@ -236,6 +188,7 @@ class Physics(ABC):
         check_model_fields(self.model, {name: field for name, (field, _) in inputs.items()})
         self._set_constants()
         self._inputs = inputs
+        self._has_own_constants = True
 
     @abstractmethod
     def _set_constants(self) -> None:
@@ -307,7 +260,7 @@ class Physics(ABC):
         """
         if not 0 <= body_id < self.model.nbody:
             raise NotFoundError(f"body id {body_id} is not in [0, {self.model.nbody})")
-        axes = self.current("cdof") * self._moving_dofs[body_id].unsqueeze(-1)
+        axes = self.current("cdof") * self.moving_dofs[body_id].unsqueeze(-1)
         angular, linear = axes[..., :3], axes[..., 3:]
         root_com = self.field("subtree_com")[:, self.model.body_rootid[body_id]]
         arm = (self.field("xpos")[:, body_id] - root_com).unsqueeze(1)
@@ -325,7 +278,144 @@ class Physics(ABC):
         """
         qvel, qacc = self.field("qvel").unsqueeze(-1), (self.acceleration() if qacc is None else qacc).unsqueeze(-1)
         of_dofs = self.current("cdof_dot") * qvel + self.current("cdof") * qacc
-        return torch.einsum("bv,nvk->nbk", self._moving_dofs, of_dofs)
+        return torch.einsum("bv,nvk->nbk", self.moving_dofs, of_dofs)
+
+    # -- saved state
+
+    @abstractmethod
+    def _live_state(self) -> dict[str, torch.Tensor]:
+        """What the next step starts from and the failures noted, in the engine's precision: live tensors by name."""
+
+    @abstractmethod
+    def _model_rows(self) -> dict[str, torch.Tensor]:
+        """Model fields that differ between environments: live tensors by name, (num_envs, *shape)."""
+
+    def _model_row(self, name: str) -> torch.Tensor:
+        """One of them, which may be shared by all environments until now."""
+        return self.randomizable(name)
+
+    def _restore_constants(self) -> None:  # noqa: B027 - not needed where they are among the rows
+        """Derive the constants of the model once its rows were loaded."""
+
+    @abstractmethod
+    def _on_state_loaded(self) -> None:
+        """Forget what was known of the state before it was loaded."""
+
+    def state_dict(self) -> dict[str, Any]:
+        """The whole state in the engine's own precision, as copies on the CPU.
+
+        Continuing bit by bit needs more than :meth:`write` takes: the solver's warm start, fields of the last step,
+        model fields that differ between environments, and failures that :meth:`health` has not reported yet.
+        """
+        self._follow_model()
+        return {
+            "engine": self.name,
+            "version": STATE_VERSION,
+            "state": copies(self._live_state()),
+            "fields": copies(self._bound()),
+            "model": copies(self._model_rows()),
+            "has_own_constants": self._has_own_constants,
+            "stale": self._stale_ids(),
+            "acceleration": None if self._acceleration is None else self._acceleration.detach().cpu().clone(),
+        }
+
+    def check_state_dict(self, state: Any) -> None:
+        """Check that a state can be loaded; changes nothing.
+
+        Raises:
+            StateMismatchError: it is of another engine, version, model or number of environments.
+        """
+        try:
+            self._check_state(state)
+        except StateMismatchError:
+            raise
+        except Exception as error:  # of a state that is no state, anything can be wrong
+            raise StateMismatchError(f"the saved state of the physics is not valid: {error}") from error
+
+    def _check_state(self, state: Any) -> None:
+        if state["engine"] != self.name:
+            raise StateMismatchError(f"the saved state is of the engine '{state['engine']}', this is '{self.name}'")
+        if state["version"] != STATE_VERSION:
+            found = state["version"]
+            raise StateMismatchError(f"the saved state of the physics has version {found}, this is {STATE_VERSION}")
+        live = self._live_state()
+        for name in live.keys() | state["state"].keys():
+            check_tensor(f"physics.{name}", state["state"].get(name), live.get(name))
+        for name, values in state["fields"].items():
+            try:
+                self._field_stage(name)
+                shape = (self.num_envs, *self._shape(name))
+            except (AttributeError, NotFoundError) as error:
+                raise StateMismatchError(f"the saved physics field '{name}' is not in this model") from error
+            check_tensor(f"physics.{name}", values, torch.empty(shape, device="meta"))
+        for name, values in state["model"].items():
+            check_tensor(f"physics.model.{name}", values, self._shared(name).to("meta").to(values.dtype))
+        if state["acceleration"] is not None:
+            shape = (self.num_envs, self.model.nv)
+            check_tensor("physics.acceleration", state["acceleration"], torch.empty(shape, device="meta"))
+        stale = state["stale"]
+        if stale is not None and not set(stale.tolist()) <= set(range(self.num_envs)):
+            raise StateMismatchError("'physics.stale' has to be numbers of environments")
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Continue from a state of :meth:`state_dict`.
+
+        Raises:
+            StateMismatchError: as :meth:`check_state_dict`; nothing has changed then.
+            PhysicsError: the constants of the saved model cannot be derived.
+        """
+        self.check_state_dict(state)
+        for name in state["fields"]:
+            self.field(name)
+        for name, row in self._model_rows().items():
+            if name not in state["model"]:
+                copy_into(row, self._shared(name).to(row.dtype))
+        for name, values in state["model"].items():
+            copy_into(self._model_row(name), values)
+        if state["has_own_constants"] or self._has_own_constants:
+            self._restore_constants()
+            self._has_own_constants = True
+        self._inputs = {name: (field, field._version) for name, (field, _) in self._inputs.items()}
+        for name, live in self._live_state().items():
+            copy_into(live, state["state"][name])
+        self.refresh()
+        for name, live in self._live_state().items():
+            copy_into(live, state["state"][name])
+        for name, values in state["fields"].items():
+            copy_into(self.field(name), values)
+        if state["acceleration"] is not None:
+            copy_into(self.acceleration(), state["acceleration"])
+        elif self._acceleration is not None:
+            copy_into(self._acceleration, torch.zeros_like(self._acceleration))
+        stale = state["stale"]
+        self._stale[:] = [] if stale is None else [stale.to(self.device)]
+        self._on_state_loaded()
+
+    def storages(self) -> set[int]:
+        """Addresses of the memory that :meth:`load_state_dict` writes: a tensor there is the engine's to restore."""
+        owned = [*self._live_state().values(), *self._bound().values(), *self._model_rows().values()]
+        if self._acceleration is not None:
+            owned.append(self._acceleration)
+        return {tensor.untyped_storage().data_ptr() for tensor in owned if tensor.numel()}
+
+    def _bound(self) -> dict[str, torch.Tensor]:
+        return {name: self.field(name) for name in self.bound_fields}
+
+    def _stale_ids(self) -> torch.Tensor | None:
+        """Environments that moved since the kinematics were current; None where none did."""
+        if not self._stale:
+            return None
+        everywhere = any(env_ids is None for env_ids in self._stale)
+        ids = range(self.num_envs) if everywhere else {int(i) for env_ids in self._stale for i in env_ids}  # type: ignore[union-attr]
+        return torch.tensor(sorted(ids), dtype=torch.long)
+
+    def _shared(self, name: str) -> torch.Tensor:
+        """Values of a model field that all environments have, repeated for each: (num_envs, *shape)."""
+        owner, attribute = (self.model.opt, name[4:]) if name.startswith("opt.") else (self.model, name)
+        values = getattr(owner, attribute, None)
+        if values is None:
+            raise StateMismatchError(f"the saved model field 'physics.model.{name}' is not in this model")
+        return torch.as_tensor(values).expand(self.num_envs, *np.shape(values))
 
     # -- shared by the engines
 
@@ -344,7 +434,7 @@ class Physics(ABC):
 
     def _moved(self, name: str, env_ids: torch.Tensor | Sequence[int] | None) -> None:
         """Take note that a field of some environments was written."""
-        if name in _MOVING_FIELDS and not (self._stale and self._stale[-1] is env_ids):
+        if name in MOVING_FIELDS and not (self._stale and self._stale[-1] is env_ids):
             self._stale.append(env_ids)
 
     def _caught_up(self, env_ids: torch.Tensor | Sequence[int] | None) -> None:
@@ -365,7 +455,7 @@ class Physics(ABC):
         if name not in DERIVED_FIELDS:
             choices = [*STATE_FIELDS, *DERIVED_FIELDS]
             raise NotFoundError(f"unknown physics field '{name}'; {suggest(name, choices)}")
-        sensors = _NEEDS_SENSOR.get(name)
+        sensors = NEEDS_SENSOR.get(name)
         if sensors and not np.isin(self.model.sensor_type, [int(s) for s in sensors]).any():
             names = ", ".join(s.name.removeprefix("mjSENS_").lower() for s in sensors)
             raise NotFoundError(f"field '{name}' is computed only for a model with one of the sensors {names}")
@@ -386,55 +476,10 @@ class Physics(ABC):
         self._gravity_may_differ |= name == "opt.gravity"
 
 
-def sensor_stages(model: mujoco.MjModel) -> list[Stage]:
-    """The stage that each entry of `sensordata` needs, length nsensordata."""
-    stages = []
-    for needed, dim in zip(model.sensor_needstage, model.sensor_dim, strict=True):
-        stages += [Stage(int(needed))] * int(dim)
-    return stages
-
-
 def silence(data: mujoco.MjData) -> None:
     """Keep MuJoCo from printing this data's warnings: it does so only when a counter leaves zero."""
     for warning in data.warning:
         warning.number = 1
-
-
-def ids_tensor(ids: torch.Tensor | Iterable[int] | int, device: torch.device, count: int | None = None) -> torch.Tensor:
-    """Environment or column numbers as a LongTensor.
-
-    Args:
-        ids: the numbers, in one dimension, or a single one.
-        device: of the result.
-        count: how many there are to choose from, where that is to be checked; on a GPU it is not, the host would wait.
-
-    Raises:
-        ConfigError: a mask, fractions, text, several dimensions, or a number out of range.
-    """
-    if not isinstance(ids, torch.Tensor):
-        try:
-            ids = torch.as_tensor(list(ids) if isinstance(ids, Set) else ids)
-        except (TypeError, ValueError, RuntimeError) as error:
-            raise ConfigError(f"ids must be integers, got {ids!r}") from error
-    if ids.numel() and (ids.dtype == torch.bool or ids.is_floating_point() or ids.is_complex()):
-        raise ConfigError(f"ids must be integers, not {ids.dtype}; of a mask take mask.nonzero().flatten()")
-    if ids.ndim > 1:
-        raise ConfigError(f"ids must have one dimension, got shape {tuple(ids.shape)}")
-    if count is not None and ids.is_cpu and ids.numel():
-        least, greatest = int(ids.min()), int(ids.max())
-        if least < -count or greatest >= count:
-            wrong = greatest if greatest >= count else least
-            raise ConfigError(f"id {wrong} is out of range: there are {count}, numbered from 0")
-    return ids.to(device=device, dtype=torch.long)
-
-
-def broadcast_rows(name: str, values: torch.Tensor, rows: int, cols: int) -> torch.Tensor:
-    """`values` expanded to (rows, cols), with an error that names the field."""
-    try:
-        return values.expand(rows, cols)
-    except RuntimeError as error:
-        shape = tuple(values.shape)
-        raise ConfigError(f"cannot write '{name}': values of shape {shape} do not fit ({rows}, {cols})") from error
 
 
 def _moving_dofs(model: mujoco.MjModel) -> torch.Tensor:

@@ -11,30 +11,33 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 import torch
 from mujoco.batch import Batch, SimulationError
 
+from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .base import (
+from .base import Health, Physics, silence
+from .data_fields import (
     FRAME_FIELDS,
     FRAME_MODEL_FIELDS,
     MAX_VALUE,
     MOTION_FIELDS,
     MOTION_MODEL_FIELDS,
     STATE_FIELDS,
-    Health,
-    Physics,
     Stage,
-    broadcast_rows,
-    ids_tensor,
     sensor_stages,
-    silence,
 )
+from .memory import check_fits, native_bytes
 from .native_arrays import Frames, Mirror, lossy
+from .rows import broadcast_rows, ids_tensor
+
+if TYPE_CHECKING:
+    from lift_lab.sim.simulation_cfg import SimulationCfg
 
 _LOG = logging.getLogger(__name__)
 
@@ -75,12 +78,20 @@ class NativePhysics(Physics):
         num_envs: number of environments.
         device: the CPU.
         num_threads: threads, including the caller's; None for every CPU this process may use.
+        auto_reset_failed: see :class:`Physics`.
 
     Raises:
-        ConfigError: the device is not the CPU, or num_threads is below 1.
+        ConfigError: the device is not the CPU, num_threads is below 1, or the environments do not fit into memory.
     """
 
     name = "native"
+
+    @classmethod
+    def options_of(cls, cfg: SimulationCfg) -> dict[str, Any]:
+        for name in ("nconmax", "njmax"):
+            if getattr(cfg.mujoco, name) is not None:
+                note_ignored(f"sim.mujoco.{name}", "the native engine makes room for contacts as they come")
+        return {"num_threads": cfg.num_threads}
 
     def __init__(
         self,
@@ -88,6 +99,7 @@ class NativePhysics(Physics):
         num_envs: int,
         device: str | torch.device = "cpu",
         num_threads: int | None = None,
+        auto_reset_failed: bool = False,
     ):
         device = torch.device(device)
         if device.type != "cpu":
@@ -96,7 +108,8 @@ class NativePhysics(Physics):
             num_threads = _available_cpus()
         if num_threads < 1:
             raise ConfigError(f"num_threads must be at least 1, got {num_threads}")
-        super().__init__(model, num_envs, device)
+        check_fits("scene.num_envs", num_envs, native_bytes(model), device)
+        super().__init__(model, num_envs, device, auto_reset_failed)
         self._batch = Batch(self.model, num_envs, num_threads)
         self._columns = {name: self._state_columns(name) for name in STATE_FIELDS}
         self._state = {name: self._batch.state[:, columns] for name, columns in self._columns.items()}
@@ -113,6 +126,7 @@ class NativePhysics(Physics):
         self._nonfinite = np.zeros(num_envs, bool)
         self._overflow = np.zeros(num_envs, bool)
         self._failures = False  # whether one of the two holds a True
+        self._raised = np.zeros(num_envs, bool)  # where MuJoCo raised since the last look
         self._forces_unchecked = False  # whether accelerations were computed outside of step(), which checks them
         self._unharmed = Health(*(torch.zeros(num_envs, dtype=torch.bool) for _ in range(2)), none_failed=True)
         self._model_of_env: mujoco.MjModel | None = None
@@ -205,6 +219,17 @@ class NativePhysics(Physics):
             for mirror in self._advanced:
                 mirror.copy_all()
         self._caught_up(None)
+        if self.auto_reset_failed:
+            self._reset_failed()
+
+    def _reset_failed(self) -> None:
+        """Put the environments that failed in this step into the default state."""
+        failed = self._collect_failures()
+        self._looked = True
+        if failed is not None and failed.any():
+            ids = torch.from_numpy(np.flatnonzero(failed))
+            self.reset(ids)
+            self.refresh(ids)
 
     def _step_and_compare(self, num_substeps: int, acceleration: np.ndarray) -> None:
         """Step, and see what the last time step did to the velocities."""
@@ -289,10 +314,33 @@ class NativePhysics(Physics):
         except SimulationError as error:
             raise PhysicsError(f"cannot recompute the constants of the randomised model: {error}") from error
 
+    # -- saved state
+
+    def _live_state(self) -> dict[str, torch.Tensor]:
+        arrays = {
+            "state": self._batch.state,
+            "warnings": self._batch.warning,
+            "raised": self._raised,
+            "nonfinite": self._nonfinite,
+            "overflow": self._overflow,
+        }
+        return {name: torch.from_numpy(array) for name, array in arrays.items()}
+
+    def _model_rows(self) -> dict[str, torch.Tensor]:
+        return dict(self._model_fields)
+
+    def _restore_constants(self) -> None:
+        self._set_constants()
+
+    def _on_state_loaded(self) -> None:
+        self._failures = bool(self._nonfinite.any() or self._overflow.any())
+        self._looked, self._forces_unchecked = False, True
+
     # -- health and inspection
 
     def health(self) -> Health:
-        self._collect_failures()
+        if not self.auto_reset_failed:  # else each step has looked
+            self._collect_failures()
         self._looked = True
         if not self._failures:
             return self._unharmed
@@ -343,27 +391,36 @@ class NativePhysics(Physics):
             if not self._logged_engine_error:
                 _LOG.warning("%s", str(error).splitlines()[0])
                 self._logged_engine_error = True
-            self._overflow[error.ids] = True
-            self._failures = True
+            self._raised[error.ids] = True
 
     def _silence_warnings(self, rows: slice | np.ndarray) -> None:
         """Start every warning counter at one: MuJoCo prints and logs to a file only when it leaves zero."""
         self._warnings[rows] = 1
 
-    def _collect_failures(self) -> None:
-        """Move what MuJoCo warned of since the last look and what the state shows into the failure flags."""
-        raised = self._warnings.max() > 1
-        if not raised and not self._forces_unchecked and self._moves_within_bounds():
-            return
+    def _collect_failures(self) -> np.ndarray | None:
+        """Add to the failure flags what MuJoCo raised and warned of since the last look and what the state shows.
+
+        Returns:
+            Which environments that is, (num_envs,); None where it is none for sure.
+        """
+        warned_of = self._warnings.max() > 1
+        raised = self._raised.any()
+        if not (warned_of or raised or self._forces_unchecked) and self._moves_within_bounds():
+            return None
         self._forces_unchecked = False
         # one comparison finds NaN, infinity and huge values alike
-        self._nonfinite |= ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
-        if raised:
+        nonfinite = ~(np.abs(self._batch.state[:, self._dynamic]) <= MAX_VALUE).all(1)
+        overflow = self._raised.copy()
+        if warned_of:
             warned = self._warnings > 1
-            self._nonfinite |= warned[:, self._failing].any(1)
-            self._overflow |= warned[:, _OVERFLOW_WARNINGS].any(1)
+            nonfinite |= warned[:, self._failing].any(1)
+            overflow |= warned[:, _OVERFLOW_WARNINGS].any(1)
             self._silence_warnings(_ALL)
+        self._raised[:] = False
+        self._nonfinite |= nonfinite
+        self._overflow |= overflow
         self._failures = bool(self._nonfinite.any() or self._overflow.any())
+        return nonfinite | overflow
 
     def _moves_within_bounds(self) -> bool:
         """Whether positions, velocities and activations of all environments are surely healthy, at little cost.

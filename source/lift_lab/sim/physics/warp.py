@@ -13,7 +13,7 @@ import logging
 import time
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import mujoco
 import mujoco_warp as mjw
@@ -21,25 +21,26 @@ import numpy as np
 import torch
 import warp as wp
 
+from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError
 
-from .base import (
-    MAX_VALUE,
-    STATE_FIELDS,
-    Health,
-    Physics,
-    Stage,
-    broadcast_rows,
-    ids_tensor,
-    sensor_stages,
-    silence,
-)
+from .base import Health, Physics, silence
+from .data_fields import MAX_VALUE, STATE_FIELDS, Stage, sensor_stages
 from .memory import check_fits, warp_bytes
-from .model_fields import fixed_geoms, words
+from .model_fields import RANDOMIZABLE_FIELDS, fixed_geoms, words
+from .rows import broadcast_rows, ids_tensor
 from .sizing import estimate_sizes
 from .warp_kernels import find_failures, keep_columns, place_fixed_geoms, say_when_compiling, zero_rows
 
+if TYPE_CHECKING:
+    from lift_lab.sim.simulation_cfg import SimulationCfg
+
 _LOG = logging.getLogger(__name__)
+
+LEAST_TOLERANCE = 1e-6
+"""mujoco_warp 4.0 raises a smaller solver tolerance to this: it computes in float32."""
+
+_SOLVERS = ("CG", "Newton")
 
 _OVERFLOWS = int(
     mjw.OverflowType.NEFC
@@ -100,13 +101,33 @@ class WarpPhysics(Physics):
         device: "cpu" or "cuda:N".
         nconmax: contacts per environment, None for an estimate from the model.
         njmax: constraint rows per environment, None for an estimate from the model.
+        auto_reset_failed: see :class:`Physics`.
 
     Raises:
-        ConfigError: the device is neither, or a size is below 1.
+        ConfigError: the device is neither, a size is below 1, the environments do not fit into memory, or the model
+            has soft bodies.
         PhysicsError: the model uses a feature that the engine does not have.
     """
 
     name = "warp"
+    is_asynchronous = True
+
+    @classmethod
+    def options_of(cls, cfg: SimulationCfg) -> dict[str, Any]:
+        mj = cfg.mujoco
+        if mj.tolerance is not None and mj.tolerance < LEAST_TOLERANCE:
+            raise ConfigError(
+                f"sim.mujoco.tolerance: the warp engine computes in float32 and would raise {mj.tolerance:g} to"
+                f" {LEAST_TOLERANCE:g}; set {LEAST_TOLERANCE:g} or more, None, or sim.physics 'native'"
+            )
+        if mj.solver not in _SOLVERS:
+            raise ConfigError(
+                f"sim.mujoco.solver: the warp engine has no '{mj.solver}'; choose one of"
+                f" {', '.join(_SOLVERS)}, or sim.physics 'native'"
+            )
+        if cfg.num_threads is not None:
+            note_ignored("sim.num_threads", "the warp engine has no threads")
+        return {"nconmax": mj.nconmax, "njmax": mj.njmax}
 
     def __init__(
         self,
@@ -115,14 +136,17 @@ class WarpPhysics(Physics):
         device: str | torch.device = "cuda:0",
         nconmax: int | None = None,
         njmax: int | None = None,
+        auto_reset_failed: bool = False,
     ):
         device = torch.device(device)
+        if model.nflex:
+            raise ConfigError("soft bodies are simulated by the native engine only; choose sim.device='cpu'")
         if device.type not in ("cpu", "cuda"):
             raise ConfigError(f"warp physics runs on devices 'cpu' and 'cuda:N', not '{device}'")
         for name, size in (("nconmax", nconmax), ("njmax", njmax)):
             if size is not None and size < 1:
                 raise ConfigError(f"{name} must be at least 1, got {size}")
-        super().__init__(model, num_envs, device)
+        super().__init__(model, num_envs, device, auto_reset_failed)
         wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)  # no banner, no line per loaded module
         wp.init()
         self._wp_device = wp.device_from_torch(device)
@@ -213,19 +237,19 @@ class WarpPhysics(Physics):
                     wp.copy(self._qvel_before, self._d.qvel)
                 mjw.step(self._m, self._d)
             self._failure_kernels()
-            if mends:
+            if resets:
                 self._reset_kernels(self._failed)
             self._refresh_kernels()
 
-        mends, compares = self.mends_failures, self._acceleration is not None
-        cleared = tuple(self._force_rows) if mends else ()
-        self._run(("step", num_substeps, self._plan, mends, cleared, compares), substeps)
+        resets, compares = self.auto_reset_failed, self._acceleration is not None
+        cleared = tuple(self._force_rows) if resets else ()
+        self._run(("step", num_substeps, self._plan, cleared, compares), substeps)
         self._looked, self._checked = False, True
         self._caught_up(None)
         if self._acceleration is not None:
             torch.sub(self._state_tensor("qvel"), wp.to_torch(self._qvel_before), out=self._acceleration)
             self._acceleration /= self.model.opt.timestep
-            if mends:
+            if resets:
                 self._acceleration.masked_fill_(wp.to_torch(self._failed)[:, None], 0.0)
 
     def refresh(self, env_ids: torch.Tensor | Sequence[int] | None = None) -> None:
@@ -352,6 +376,21 @@ class WarpPhysics(Physics):
         with torch.inference_mode(False):  # so that torch counts what is written into it
             self._randomized[name] = _shared_tensor(rows, (self.num_envs, *np.shape(host)), self.device)
         return self._randomized[name]
+
+    # -- saved state
+
+    def _live_state(self) -> dict[str, torch.Tensor]:
+        notes = {"nonfinite": self._nonfinite, "overflow": self._overflow, "overflow_bits": self._overflow_bits}
+        return {name: self._state_tensor(name) for name in (*STATE_FIELDS, "qacc_warmstart")} | notes
+
+    def _model_rows(self) -> dict[str, torch.Tensor]:
+        return dict(self._randomized)
+
+    def _model_row(self, name: str) -> torch.Tensor:
+        return self.randomizable(name) if name in RANDOMIZABLE_FIELDS else self._expand(name)
+
+    def _on_state_loaded(self) -> None:
+        self._looked = self._checked = False
 
     # -- health and inspection
 

@@ -13,7 +13,7 @@ import pytest
 import torch
 
 from lift_lab.sim.physics import Physics
-from lift_lab.sim.physics.base import FRAME_FIELDS, MOTION_FIELDS
+from lift_lab.sim.physics.data_fields import FRAME_FIELDS, MOTION_FIELDS
 
 FRAMES = (*FRAME_FIELDS, *MOTION_FIELDS)
 NUM_ENVS = 4

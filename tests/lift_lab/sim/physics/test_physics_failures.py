@@ -142,6 +142,12 @@ def test_memory_that_runs_out_is_an_overflow_of_that_environment():
     health = physics.health()
     assert health.overflow.tolist() == [False, True, False]
     assert physics.field("time").tolist() == pytest.approx([0.004, 0.0, 0.004])
+    resets = make_physics(model, 3, kind="native", num_threads=1, auto_reset_failed=True)
+    resets.write("qpos", piled.flatten(), env_ids=[1])
+    for _ in range(3):
+        resets.step(1)
+    assert resets.field("time").tolist() == pytest.approx([0.006, 0.004, 0.006])  # of the step that was not taken
+    assert resets.health().overflow.tolist() == [False, True, False]
     physics.reset([1])
     physics.step(2)
     assert not physics.health().failed.any()
@@ -164,3 +170,49 @@ def test_contacts_that_run_out_are_an_overflow_of_all(make: Callable[..., Physic
     physics.write("qpos", 0.029, cols=[2])
     physics.step(1)
     assert physics.health().overflow.all()
+
+
+def test_an_environment_is_whole_after_the_step_in_which_it_failed(engine: str, make: Callable[..., Physics]):
+    fields = ("qpos", "qvel", "xpos", "qacc")
+    for physics in (resets := make(engine, auto_reset_failed=True), plain := make(engine)):
+        for name in fields:
+            physics.field(name)
+        physics.reset()
+        physics.write("qpos", 0.05, cols=[2])
+        physics.refresh()
+        physics.health()
+        physics.step(2)
+        physics.write("qvel", float("nan"), env_ids=[2], cols=[0])
+        physics.step(2)
+    for name in fields:
+        assert resets.field(name).isfinite().all(), name
+        others = [0, 1, 3]
+        assert torch.equal(resets.field(name)[others], plain.field(name)[others]), name
+    assert not resets.field("qacc")[2].any()
+    assert resets.field("qpos")[2].tolist() == pytest.approx(resets.model.qpos0.tolist())
+    assert resets.health().nonfinite.tolist() == plain.health().nonfinite.tolist() == [False, False, True, False]
+    assert not resets.health().failed.any()
+    assert plain.health().failed.tolist() == [False, False, True, False]  # still in its bad state
+
+
+def test_an_environment_is_reset_once_for_a_failure_that_nobody_asked_about(engine: str, make: Callable[..., Physics]):
+    physics = make(engine, auto_reset_failed=True)
+    physics.write("qvel", float("nan"), env_ids=[1], cols=[0])
+    physics.step(1)
+    assert physics.field("qpos")[1, 2] == pytest.approx(physics.model.qpos0[2])
+    physics.step(1)
+    physics.step(1)
+    assert physics.field("time").tolist() == pytest.approx([0.015, 0.01, 0.015, 0.015])
+    assert physics.health().nonfinite.tolist() == [False, True, False, False]
+
+
+def test_an_overflow_is_reset_once(make: Callable[..., Physics]):
+    physics = make("warp-cpu", njmax=16, auto_reset_failed=True)
+    physics.write("qpos", 3.0, cols=[2])
+    physics.write("qpos", 0.029, env_ids=[1], cols=[2])  # four contacts of six rows
+    physics.step(1)
+    assert physics.field("qpos")[1, 2] == pytest.approx(physics.model.qpos0[2])
+    physics.step(1)
+    physics.step(1)
+    assert physics.field("time").tolist() == pytest.approx([0.015, 0.01, 0.015, 0.015])
+    assert physics.health().overflow.tolist() == [False, True, False, False]

@@ -114,44 +114,6 @@ def test_constants_from_a_graph_are_those_that_mujoco_derives(make: Callable[...
             torch.testing.assert_close(derived, expected, atol=1e-5, rtol=1e-4)
 
 
-def test_a_mended_environment_is_whole_after_the_step_in_which_it_failed(make: Callable[..., Physics]):
-    fields = ("qpos", "qvel", "xpos", "qacc")
-    for engine in (mended := make("warp-cpu"), plain := make("warp-cpu")):
-        for name in fields:
-            engine.field(name)
-        engine.reset()
-        engine.write("qpos", 0.05, cols=[2])
-        engine.refresh()
-        engine.health()
-    mended.mends_failures = True
-    for engine in (mended, plain):
-        engine.step(2)
-        engine.write("qvel", float("nan"), env_ids=[2], cols=[0])
-        engine.step(2)
-    for name in fields:
-        assert mended.field(name).isfinite().all(), name
-        others = [0, 1, 3]
-        assert torch.equal(mended.field(name)[others], plain.field(name)[others]), name
-    assert not mended.field("qacc")[2].any()
-    assert mended.field("qpos")[2].tolist() == pytest.approx(mended.model.qpos0.tolist())
-    assert mended.health().nonfinite.tolist() == plain.health().nonfinite.tolist() == [False, False, True, False]
-    assert not mended.health().failed.any()
-    assert plain.health().failed.tolist() == [False, False, True, False]  # still in its bad state
-
-
-def test_an_overflow_is_mended_once(make: Callable[..., Physics]):
-    engine = make("warp-cpu", njmax=16)
-    engine.mends_failures = True
-    engine.write("qpos", 3.0, cols=[2])
-    engine.write("qpos", 0.029, env_ids=[1], cols=[2])  # four contacts of six rows
-    engine.step(1)
-    assert engine.field("qpos")[1, 2] == pytest.approx(engine.model.qpos0[2])
-    engine.step(1)
-    engine.step(1)
-    assert engine.field("time").tolist() == pytest.approx([0.015, 0.01, 0.015, 0.015])
-    assert engine.health().overflow.tolist() == [False, True, False, False]
-
-
 def test_a_first_compile_is_announced_once_and_a_cached_one_not(model: mujoco.MjModel, caplog, monkeypatch):
     from lift_lab.sim.physics.warp_kernels import say_when_compiling
 
