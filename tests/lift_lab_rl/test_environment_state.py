@@ -7,8 +7,9 @@ import torch
 import lift_lab.envs.mdp as mdp
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.managers import CurriculumTermCfg, EventTermCfg, ManagerTermBase, RewardTermCfg, SceneEntityCfg
+from lift_lab.utils.errors import StateMismatchError
 from lift_lab.utils.noise import UniformNoiseCfg
-from lift_lab_rl.checkpoint import StateMismatchError, env_state, load_env_state, load_rng_state, rng_state
+from lift_lab_rl.checkpoint import env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_tasks.utils import parse_env_cfg
 
@@ -133,8 +134,9 @@ def test_a_state_of_another_environment_is_refused(env):
     state = env_state(env)
     with pytest.raises(StateMismatchError, match="2 environments, this run 4"):
         load_env_state(env, state | {"num_envs": 2})
-    with pytest.raises(StateMismatchError, match=r"'state' has shape \(4, 5\), this model needs \(4, \d+\)"):
-        load_env_state(env, state | {"physics": state["physics"] | {"rows": {"state": torch.zeros(4, 5).double()}}})
+    live = state["physics"]["state"] | {"state": torch.zeros(4, 5).double()}
+    with pytest.raises(StateMismatchError, match=r"'physics\.state' has shape \(4, 5\), here it is \(4, \d+\)"):
+        load_env_state(env, state | {"physics": state["physics"] | {"state": live}})
     del state["objects"][2]["common_step_counter"]
     with pytest.raises(StateMismatchError, match="'common_step_counter' is not in it"):
         load_env_state(env, state)

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 import torch
 
+from lift_lab.utils.errors import StateMismatchError
 from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.state_capture import Capture
-from lift_lab_rl.state_restore import Restore, StateMismatchError
+from lift_lab_rl.state_restore import Restore
 
 
 class Thing:
