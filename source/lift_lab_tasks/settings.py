@@ -91,7 +91,7 @@ class Settings:
             ConfigError: no such device, or a setting is outside of its range.
         """
         if not training:
-            self._leave_out_exploration()
+            self._leave_out_training_only()
         self.env.sim.device = resolve_device(self.env.sim.device)
         if not self.given("env.scene.num_envs"):
             self.env.scene.num_envs = num_envs or num_envs_for_device(self.task, self.env)
@@ -143,10 +143,12 @@ class Settings:
         else:
             self.env.seed = seed
 
-    def _leave_out_exploration(self) -> None:
+    def _leave_out_training_only(self) -> None:
+        from lift_lab.managers import CurriculumTermCfg
+
         curriculum = getattr(self.env, "curriculum", None) or {}
         terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
         for name, term in terms.items():
-            exploring = getattr(getattr(term, "func", None), "exploration_only", False)
-            if exploring and not self.given(f"env.curriculum.{name}", below=True):
+            left_out = isinstance(term, CurriculumTermCfg) and term.training_only
+            if left_out and not self.given(f"env.curriculum.{name}", below=True):
                 terms[name] = None

@@ -76,6 +76,14 @@ def test_a_policy_is_shown_and_judged_without_the_hold():
     assert cfg.curriculum.joint_vel is not None
 
 
+def test_any_curriculum_term_may_be_for_training_only():
+    settings = Settings(TASK, None, [])
+    assert not settings.env.curriculum.joint_vel.training_only
+    settings.env.curriculum.joint_vel.training_only = True
+    settings.resolve()
+    assert settings.env.curriculum.joint_vel is None
+
+
 def test_a_hold_that_is_asked_for_stays():
     override = "env.curriculum.gripper_hold.params.close_time_s=0.2"
     settings = Settings(TASK, None, [override])

@@ -26,6 +26,8 @@ class ActuatorBase(ABC):
 
     is_implicit_model: ClassVar[bool] = False
     """Whether the engine computes the effort."""
+    gear_ratio: torch.Tensor | float = 1.0
+    """Motor speed per joint speed, as ``data.gear_ratio`` reports it."""
 
     computed_effort: torch.Tensor
     """What the model asked for at the last :meth:`compute`."""
@@ -117,6 +119,11 @@ class ActuatorBase(ABC):
     def __str__(self) -> str:
         kind = "implicit" if self.is_implicit_model else "explicit"
         return f"{type(self).__name__} ({kind}) of {self.num_joints} joints: {', '.join(self.joint_names)}"
+
+    @property
+    def runs_in_engine(self) -> bool:
+        """Whether :meth:`compute` need not be called before each physics step: the engine does all that it does."""
+        return False
 
     @property
     def num_joints(self) -> int:

@@ -62,6 +62,11 @@ class ImplicitActuator(ActuatorBase):
         _merge_limits(cfg, "velocity_limit")
         super().__init__(cfg, *args, **kwargs)
 
+    @property
+    def runs_in_engine(self) -> bool:
+        """Whether :meth:`compute` is this class's own."""
+        return type(self).compute is ImplicitActuator.compute
+
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:

@@ -117,10 +117,14 @@ class ManagerBasedEnv:
 
     def _plan_steps(self) -> None:
         """Decide once what no step can change."""
-        actions, records = self.action_manager, bool(self.recorder_manager.active_terms)
-        constant = all(actions.get_term(name).constant_over_substeps for name in actions.active_terms)
-        self._records = records
-        self._fuses_substeps = constant and not records and not self.scene.requires_substep_writes
+        actions, records = self.action_manager, self.recorder_manager.active_terms
+        changing = [name for name in actions.active_terms if not actions.get_term(name).constant_over_substeps]
+        self._records = bool(records)
+        between = [f"env.actions.{name}" for name in changing] + [f"env.recorders.{name}" for name in records]
+        between += [f"env.scene.{name}" for name in self.scene.substep_entities]
+        self._fuses_substeps = not between
+        if between and self.cfg.decimation > 1:
+            logger.info("every physics step is a call of its own, for the sake of %s", ", ".join(between))
         self._has_interval_events = "interval" in self.event_manager.available_modes
 
     def _check_event_modes(self) -> None:

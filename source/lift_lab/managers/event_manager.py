@@ -101,15 +101,10 @@ class EventManager(ManagerBase):
                     self._build_term(cfg)
 
     def prepare_model(self) -> None:
-        """Let terms change the scene's spec before it is compiled.
-
-        A term asks for it by a function ``prepare_model(env, **params)`` that is an attribute of its own function.
-        """
-        for cfgs in self._mode_term_cfgs.values():
-            for cfg in cfgs:
-                prepare = getattr(cfg.func, "prepare_model", None)
-                if prepare is not None:
-                    prepare(self._env, **cfg.params)
+        """Let class terms change the scene's spec before it is compiled: :meth:`ManagerTermBase.prepare_model`."""
+        for class_terms in self._mode_class_term_cfgs.values():
+            for cfg in class_terms:
+                cfg.func.prepare_model(self._env, **cfg.params)  # type: ignore[union-attr]
 
     def resolve_terms(self) -> None:
         """Bind the terms that waited for the simulation to start to the scene. A second call does nothing.

@@ -109,6 +109,17 @@ class ManagerTermBase:
         """Name of the class, as a function has one."""
         return type(self).__name__  # type: ignore[return-value]
 
+    @classmethod
+    def prepare_model(cls, env: ManagerBasedEnv, **params: Any) -> None:
+        """Change the scene's spec, ``env.scene.spec``, before it is compiled; only called of event terms.
+
+        Called once while the environment is built, whatever the term's mode, and before there is an instance.
+
+        Args:
+            env: the environment; its simulation has not started.
+            params: the term's ``params``, in which scene entities are not resolved yet.
+        """
+
     def reset(self, env_ids: EnvIds = None) -> Any:
         """Forget the state of some environments; the base class has none."""
 

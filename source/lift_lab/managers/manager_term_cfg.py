@@ -90,6 +90,10 @@ class CurriculumTermCfg(ManagerTermBaseCfg):
     """A change of the task with progress; ``func(env, env_ids, **params)`` returns the state to log or
     None."""
 
+    training_only: bool = False
+    """Whether the term is only for training: ``evaluate.py`` and ``play.py`` leave it out, unless an override
+    names it."""
+
 
 @configclass
 class ObservationTermCfg(ManagerTermBaseCfg):

@@ -215,11 +215,10 @@ class InteractiveScene:
         return self._terrain
 
     @property
-    def requires_substep_writes(self) -> bool:
-        """Whether something must be computed between two physics steps, so that substeps cannot be fused."""
-        return any(asset.has_explicit_actuators for asset in self._articulations.values()) or any(
-            sensor.needs_every_substep for sensor in self._sensors.values()
-        )
+    def substep_entities(self) -> list[str]:
+        """Names of the entities that compute something after each physics step, so that steps cannot be fused."""
+        assets = [name for name, asset in self._articulations.items() if asset.has_explicit_actuators]
+        return assets + [name for name, sensor in self._sensors.items() if sensor.needs_every_substep]
 
     def keys(self) -> list[str]:
         """Names of all entities."""

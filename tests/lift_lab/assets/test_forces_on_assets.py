@@ -74,7 +74,7 @@ def test_gains_left_none_come_from_the_usd_drive(arm_file):
 def test_an_ideal_pd_actuator_clips_at_its_effort_limit(arm_file):
     actuators = {"all": IdealPDActuatorCfg(joint_names_expr=[".*"], stiffness=100.0, damping=0.0, effort_limit=4.0)}
     sim, scene = start(arm=arm_cfg(arm_file, actuators))
-    assert scene.requires_substep_writes
+    assert scene.substep_entities == ["arm"]
     scene["arm"].set_joint_position_target(torch.tensor([[0.32, 5.0]]).repeat(NUM_ENVS, 1))
     scene.write_data_to_sim()
     sim.physics.forward()

@@ -8,7 +8,7 @@ import torch
 
 import lift_lab.envs.mdp as mdp
 from lift_lab.envs import ManagerBasedEnv, ManagerBasedEnvCfg, ManagerBasedRLEnv
-from lift_lab.managers import EventTermCfg, SceneEntityCfg
+from lift_lab.managers import EventTermCfg, ManagerTermBase, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError
 
 
@@ -73,6 +73,23 @@ def test_prestartup_events_act_before_the_model_is_compiled(make_env, base_cfg):
     env = make_env(ManagerBasedEnv, base_cfg(events={"rename": EventTermCfg(func=rename, mode="prestartup")}))
     assert env.sim.is_started
     assert env.scene.spec.modelname == "touched"
+
+
+def test_a_class_term_of_any_mode_may_change_the_model_before_it_is_compiled(make_env, base_cfg):
+    class Heavier(ManagerTermBase):
+        @classmethod
+        def prepare_model(cls, env, factor):
+            for body in env.scene.spec.bodies:
+                body.mass *= factor
+
+        def __call__(self, env, env_ids, factor):
+            """Do nothing more."""
+
+    before = make_env(ManagerBasedEnv, base_cfg(events={})).sim.model.body_mass.copy()
+    term = EventTermCfg(func=Heavier, mode="reset", params={"factor": 2.0})
+    after = make_env(ManagerBasedEnv, base_cfg(events={"heavier": term})).sim.model.body_mass
+    np.testing.assert_allclose(after, 2.0 * before)
+    assert before.max() > 0.0
 
 
 def test_prestartup_events_that_need_the_simulation_are_told_so(make_env, base_cfg):

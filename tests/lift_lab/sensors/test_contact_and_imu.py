@@ -143,7 +143,7 @@ def test_a_falling_box_counts_its_time_in_the_air_and_then_in_contact(world):
         ),
     )
     sensor = ours.scene["contact"]
-    assert ours.scene.requires_substep_writes
+    assert ours.scene.substep_entities == ["contact"]
     fall = math.sqrt(2.0 * height / G)
     steps = int(fall / DT) - 1
     ours.step(steps)

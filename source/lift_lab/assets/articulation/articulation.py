@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import torch
 
-from lift_lab.actuators import ActuatorBase, ImplicitActuator
+from lift_lab.actuators import ActuatorBase
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import resolve_matching_names, resolve_matching_names_values
 from lift_lab.utils.types import ArticulationActions
@@ -29,11 +29,6 @@ if TYPE_CHECKING:
     from .articulation_cfg import ArticulationCfg
 
 logger = logging.getLogger(__name__)
-
-
-def _is_computed(actuator: ActuatorBase) -> bool:
-    """Whether a model has to be computed before each physics step: explicit, or implicit with a law of its own."""
-    return not actuator.is_implicit_model or type(actuator).compute is not ImplicitActuator.compute
 
 
 class Articulation(JointProperties):
@@ -212,7 +207,7 @@ class Articulation(JointProperties):
         self._ctrl_cols = as_columns(columns, device)
         self._implicit = torch.tensor([drives[name].implicit for name in driven], device=device)
         self._all_implicit = bool(self._implicit.all())
-        self._computed = [actuator for actuator in self.actuators.values() if _is_computed(actuator)]
+        self._computed = [actuator for actuator in self.actuators.values() if not actuator.runs_in_engine]
         computed = [names.index(name) for actuator in self._computed for name in actuator.joint_names]
         if computed:
             data._explicit_ids = torch.tensor(sorted(computed), device=device)
@@ -258,8 +253,7 @@ class Articulation(JointProperties):
                 write(value.clone(), joint_ids=chosen)
         data.joint_vel_limits[:, chosen] = actuator.velocity_limit_sim
         data.soft_joint_vel_limits[:, chosen] = actuator.velocity_limit
-        if hasattr(actuator, "gear_ratio"):
-            data.gear_ratio[:, chosen] = actuator.gear_ratio
+        data.gear_ratio[:, chosen] = actuator.gear_ratio
 
     def _report_resolution(self) -> None:
         """Log which values came from where, if the config asks for it."""

@@ -303,8 +303,9 @@ def test_centres_of_mass_move_alike_and_always_from_where_they_were_at_first(env
     chosen = SceneEntityCfg("robot", body_names=["upper", "lower"])
     chosen.resolve(env.scene)
     ids = torch.arange(0, env.num_envs, 2)
+    params = {"com_range": {"x": (-0.1, 0.1), "z": (0.05, 0.05)}, "asset_cfg": chosen}
     for _ in range(3):  # drawn anew, never on top of the last
-        mdp.randomize_rigid_body_com(env, ids, {"x": (-0.1, 0.1), "z": (0.05, 0.05)}, chosen)
+        _class_term(mdp.randomize_rigid_body_com, env, env_ids=ids, **params)
     shift = robot.data.body_com_pos_b - default
     assert shift[1::2].abs().max() == 0.0
     moved = shift[ids][:, chosen.body_ids]
@@ -320,7 +321,7 @@ def test_centres_of_mass_move_alike_and_always_from_where_they_were_at_first(env
 
 def test_a_centre_of_mass_that_was_compiled_to_stay_says_how_it_can_move(env):
     with pytest.raises(ConfigError, match="'ball': the centre of mass of 'Ball' was compiled to stay at its origin"):
-        mdp.randomize_rigid_body_com(env, None, {"y": (0.05, 0.05)}, BALL)
+        _class_term(mdp.randomize_rigid_body_com, env, com_range={"y": (0.05, 0.05)}, asset_cfg=BALL)
 
 
 @pytest.mark.parametrize("physics", ["native", pytest.param("warp", marks=pytest.mark.slow)])

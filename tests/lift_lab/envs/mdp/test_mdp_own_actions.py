@@ -83,8 +83,10 @@ def _env(class_type) -> ManagerBasedEnv:
     return ManagerBasedEnv(cfg)
 
 
-def test_a_term_with_its_own_apply_actions_is_applied_at_every_physics_step():
-    env = _env(LateEffort)
+def test_a_term_with_its_own_apply_actions_is_applied_at_every_physics_step(caplog):
+    with caplog.at_level("INFO", "lift_lab"):
+        env = _env(LateEffort)
+    assert "every physics step is a call of its own, for the sake of env.actions.effort" in caplog.messages
     try:
         env.reset()
         env.step(torch.full((2, 1), 0.2))

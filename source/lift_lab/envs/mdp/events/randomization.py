@@ -186,39 +186,37 @@ class randomize_rigid_body_mass(ManagerTermBase):
         )
 
 
-def randomize_rigid_body_com(
-    env: ManagerBasedEnv,
-    env_ids: EnvIds,
-    com_range: Annotated[Mapping[str, Sequence[float]], SPAN],
-    asset_cfg: SceneEntityCfg,
-) -> None:
+class randomize_rigid_body_com(ManagerTermBase):
     """Move the centres of mass of the chosen bodies away from where they are at start, all of them alike.
 
-    Args:
-        env: the environment.
-        env_ids: environments to change.
+    Params:
         com_range: (low, high) of the displacement for any of ``x, y, z`` in m, along the link's axes.
         asset_cfg: the asset and which of its bodies.
 
     Raises:
         ConfigError: the range names an axis that does not exist.
     """
-    asset: RigidObject | Articulation = env.scene[asset_cfg.name]
-    body_ids = asset_cfg.body_ids
-    default = block(asset.data.default_body_com_pos_b, env_ids, body_ids)
-    ranges = axis_ranges(com_range, "randomize_rigid_body_com: com_range", axes=("x", "y", "z"))
-    coms = default + sample_ranges(ranges, len(default), env.device)[:, None]
-    asset.write_body_com_to_sim(coms, None if isinstance(body_ids, slice) else body_ids, env_ids)
 
+    @classmethod
+    def prepare_model(cls, env: ManagerBasedEnv, asset_cfg: SceneEntityCfg, **params: Any) -> None:
+        """Keep MuJoCo from compiling a free body for a centre of mass that stays at its origin."""
+        for body in env.scene.spec.bodies:
+            if body.name.startswith(f"{asset_cfg.name}/"):
+                body.simple = False
 
-def _let_centres_of_mass_move(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg, **params: Any) -> None:
-    """Keep MuJoCo from compiling a free body for a centre of mass that stays at its origin."""
-    for body in env.scene.spec.bodies:
-        if body.name.startswith(f"{asset_cfg.name}/"):
-            body.simple = False
-
-
-randomize_rigid_body_com.prepare_model = _let_centres_of_mass_move
+    def __call__(
+        self,
+        env: ManagerBasedEnv,
+        env_ids: EnvIds,
+        com_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+        asset_cfg: SceneEntityCfg,
+    ) -> None:
+        asset: RigidObject | Articulation = env.scene[asset_cfg.name]
+        body_ids = asset_cfg.body_ids
+        default = block(asset.data.default_body_com_pos_b, env_ids, body_ids)
+        ranges = axis_ranges(com_range, "randomize_rigid_body_com: com_range", axes=("x", "y", "z"))
+        coms = default + sample_ranges(ranges, len(default), env.device)[:, None]
+        asset.write_body_com_to_sim(coms, None if isinstance(body_ids, slice) else body_ids, env_ids)
 
 
 def randomize_rigid_body_collider_offsets(

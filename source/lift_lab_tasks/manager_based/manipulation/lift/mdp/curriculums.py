@@ -29,7 +29,7 @@ class hold_gripper_while_hovering(ManagerTermBase):
     lifting term can pay, so that a policy is trained and judged by the task's own actions. What is rewarded does not
     change.
 
-    An aid of exploration: ``evaluate.py`` and ``play.py`` leave it out. It never begins where one of the two terms is
+    An aid of exploration: set ``training_only`` of its config. It never begins where one of the two terms is
     missing or weighs nothing.
 
     Params:
@@ -43,8 +43,6 @@ class hold_gripper_while_hovering(ManagerTermBase):
     Returns:
         The time in s that a close command lasts now, for the log.
     """
-
-    exploration_only = True
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)
@@ -94,7 +92,7 @@ class practise_missed_goals(ManagerTermBase):
     ``spread_m`` along each axis and within the command's ranges. The other episodes stay uniform, and all of them if
     none was missed. What is rewarded and what counts as success do not change.
 
-    An aid of training: ``evaluate.py`` and ``play.py`` leave it out. Rewards in the logs of a training count
+    An aid of training: set ``training_only`` of its config. Rewards in the logs of a training count
     the episodes that practise, too, and so are those of a harder task; the command's metrics leave them out.
 
     Params:
@@ -106,8 +104,6 @@ class practise_missed_goals(ManagerTermBase):
     Returns:
         Share of the environments whose last episode missed its goal, for the log.
     """
-
-    exploration_only = True
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)
@@ -146,7 +142,7 @@ class reach_from_afar(ManagerTermBase):
     object by itself, a new critic's errors are larger than that, and nothing is learned. Up to ``num_steps`` the
     scale is ``std``, then the term's own.
 
-    An aid of exploration: ``evaluate.py`` and ``play.py`` leave it out. Rewards in the logs of a training are those of
+    An aid of exploration: set ``training_only`` of its config. Rewards in the logs of a training are those of
     the wider scale meanwhile.
 
     Params:
@@ -157,8 +153,6 @@ class reach_from_afar(ManagerTermBase):
     Returns:
         The scale in m that holds now, for the log.
     """
-
-    exploration_only = True
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)

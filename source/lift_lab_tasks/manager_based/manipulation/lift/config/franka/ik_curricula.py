@@ -10,7 +10,7 @@ from . import curricula, joint_pos_env_cfg
 
 
 def _from_afar() -> CurrTerm:
-    return CurrTerm(func=mdp.reach_from_afar, params={"std": 0.3, "num_steps": 3000})
+    return CurrTerm(func=mdp.reach_from_afar, params={"std": 0.3, "num_steps": 3000}, training_only=True)
 
 
 @configclass

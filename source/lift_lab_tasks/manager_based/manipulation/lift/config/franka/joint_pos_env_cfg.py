@@ -19,9 +19,13 @@ class ExplorationCfg:
     """How the lift is found; part of every curriculum of this task."""
 
     gripper_hold = CurrTerm(
-        func=mdp.hold_gripper_while_hovering, params={"close_time_s": 0.1, "reached": 0.65, "lifted": 0.1}
+        func=mdp.hold_gripper_while_hovering,
+        params={"close_time_s": 0.1, "reached": 0.65, "lifted": 0.1},
+        training_only=True,
     )
-    missed_goals = CurrTerm(func=mdp.practise_missed_goals, params={"share": 0.3, "start_step": 18000})
+    missed_goals = CurrTerm(
+        func=mdp.practise_missed_goals, params={"share": 0.3, "start_step": 18000}, training_only=True
+    )
 
 
 @configclass
