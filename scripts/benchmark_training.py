@@ -16,7 +16,7 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
     """(object, method, name of the part, or its names by the part that calls it), for rsl_rl's runner."""
     from lift_lab_rl.rsl_rl.mlp_gradients import AutogradMlp, EluMlp
 
-    algorithm, logger, guard = runner.alg, runner.logger, runner._guard
+    algorithm, logger, guard = runner.alg, runner.logger, runner.guard
     checks = ("look_at_rollout", "check_rollout", "keep", "check_update")
     step = [
         (owner, method, "physics" if name in ENGINE else "environment: managers and resets")

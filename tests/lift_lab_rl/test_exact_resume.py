@@ -162,7 +162,7 @@ def test_without_a_state_a_runner_that_trained_starts_fresh_episodes(tmp_path):
     assert said == "no resume_state_1.pt beside the checkpoint: starting fresh episodes"
     assert not runner.continues_exactly
     assert not runner.env.unwrapped.episode_length_buf.any()
-    assert not runner.logger.cur_episode_length.any()
+    assert not runner.logger.state_dict()["episode_length"].any()
     runner.env.close()
 
 

@@ -171,14 +171,14 @@ def test_a_best_policy_that_does_not_fit_is_tried_again_with_the_next(tmp_path, 
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg()), tmp_path)
     with room_for(1000), pytest.raises(FileError):
         runner.save(str(tmp_path / "model_best.pt"))
-    runner._best.is_new = lambda _: True
-    runner._best.rank = (0.5, 1.0)
+    runner.best.is_new = lambda _: True
+    runner.best.rank = (0.5, 1.0)
     report = type("Report", (), {"terms": {}, "iteration": 10, "mean_reward": 1.0, "success": None})()
     with room_for(1000):
-        runner._keep_best(report)
-    assert runner._best.rank == (0.5, 1.0)
+        runner.best.update(report, lambda: runner.save(str(tmp_path / "model_best.pt")))
+    assert runner.best.rank == (0.5, 1.0)
     assert "tried again with the next better policy" in capsys.readouterr().err
-    runner._keep_best(report)
+    runner.best.update(report, lambda: runner.save(str(tmp_path / "model_best.pt")))
     assert (tmp_path / "model_best.pt").is_file()
 
 

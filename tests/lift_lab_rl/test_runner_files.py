@@ -169,7 +169,7 @@ def test_a_log_of_no_episode_is_not_counted(monkeypatch):
     torch.manual_seed(5)
     runner = LiftLabRunner(LogsItsReset(), to_rsl_rl(AgentCfg()))
     terms = []
-    monkeypatch.setattr(runner, "_keep_best", lambda report: terms.append(report.terms))
+    monkeypatch.setattr(runner.best, "update", lambda report, save: terms.append(report.terms))
     runner.learn(3)  # of 8 steps each; all episodes have 20
     success = runner.env.log["Metrics/success"].item()
     assert terms == [{}, {}, {"Metrics/success": pytest.approx(success)}]
@@ -189,7 +189,7 @@ class CountsItsLog(PointEnv):
 def test_means_over_some_of_the_episodes_weigh_as_many(monkeypatch):
     runner = LiftLabRunner(CountsItsLog(), to_rsl_rl(AgentCfg()))
     terms = []
-    monkeypatch.setattr(runner, "_keep_best", lambda report: terms.append(report.terms))
+    monkeypatch.setattr(runner.best, "update", lambda report, save: terms.append(report.terms))
     runner.learn(1)
     assert terms == [{"Metrics/some": (1 * 2 + 3 * 4) / 4, "Metrics/all": (2 * 2 + 3 * 4) / 5}]
 
@@ -257,7 +257,7 @@ def test_a_disk_that_is_too_full_for_the_state_still_gets_the_model(tmp_path, mo
 @pytest.mark.parametrize("there", ["older", "newer", "broken", "none"])
 def test_the_best_policy_to_beat_is_one_that_there_is(tmp_path, there):
     runner, _ = train(tmp_path / "before")
-    runner._best.rank = (0.5, 1.0)
+    runner.best.rank = (0.5, 1.0)
     save_torch(tmp_path / "before" / "resume_state_4.pt", runner.resume_state())
     best = tmp_path / "before" / BEST
     if there == "broken":
@@ -265,7 +265,7 @@ def test_the_best_policy_to_beat_is_one_that_there_is(tmp_path, there):
     elif there != "none":
         save_torch(best, {"iter": {"older": 3, "newer": 5}[there]})
     after, _ = resumed(tmp_path / "before", log_dir=tmp_path / "after")
-    assert after._best.rank == ((0.5, 1.0) if there == "older" else None)
+    assert after.best.rank == ((0.5, 1.0) if there == "older" else None)
     assert (tmp_path / "after" / BEST).is_file() == (there == "older")
 
 
@@ -278,7 +278,7 @@ def test_the_memory_of_recurrent_networks_continues_with_the_episodes(tmp_path, 
     after = LiftLabRunner(PointEnv(), to_rsl_rl(cfg))
     after.load(str(tmp_path / "model_4.pt"))
     assert "continuing the episodes" in after.load_resume_state(tmp_path / "model_4.pt")
-    for network in ("_raw_actor", "_raw_critic"):
+    for network in ("actor", "critic"):
         ours, theirs = (getattr(runner.alg, network).get_hidden_state() for runner in (after, before))
         pairs = zip(ours, theirs, strict=True) if kind == "lstm" else [(ours, theirs)]
         assert all(torch.equal(a, b) and b.any() for a, b in pairs)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from typing import Any
+
+from lift_lab.utils.errors import FileError
 
 from .progress import IterationReport
 
@@ -29,6 +33,24 @@ class BestPolicy:
         self.rank: tuple[float, float] | None = None
         self._metric = success_metric
         self._smoothed: dict[str, float] = {}
+
+    def update(self, report: IterationReport, save: Callable[[], None] | None) -> None:
+        """Find the report's success, and save the policy if there never was a better one.
+
+        Args:
+            report: an iteration; gets its success here.
+            save: writes the policy; None for a process or a run that writes nothing.
+        """
+        report.success = self.success(report.terms)
+        self.smooth(report)
+        before = self.rank
+        if save is None or not self.is_new(report.iteration):
+            return
+        try:
+            save()
+        except FileError as error:
+            self.rank = before  # the next policy that is better than what is on the disk is written
+            print(f"warning: {error}; it is tried again with the next better policy", file=sys.stderr)
 
     def success(self, terms: dict[str, float]) -> float | None:
         """The success rate among an iteration's logs."""

@@ -68,8 +68,8 @@ def check_fit(alg: Any, content: dict[str, Any], parts: Mapping[str, bool] | Non
         ValueError: it is not; names the first parameter that differs.
     """
     networks: dict[str, tuple[str, nn.Module]] = {
-        "actor": ("actor_state_dict", alg._raw_actor),
-        "critic": ("critic_state_dict", alg._raw_critic),
+        "actor": ("actor_state_dict", alg.actor),
+        "critic": ("critic_state_dict", alg.critic),
     }
     optimizers = {"optimizer": ("optimizer_state_dict", alg.optimizer)}
     if alg.rnd:

@@ -42,6 +42,29 @@ class FiniteGuard:
         self.env, self.alg, self._tensors = env, alg, list(tensors)
         self._looks: list[tuple[str, torch.Tensor]] = []
 
+    def update(self, iteration: int, last_obs: Any, logs: Iterable[dict[str, Any]]) -> dict[str, float]:
+        """Compute returns and update the policy, with a look at every number before and after.
+
+        Args:
+            iteration: number of the iteration, from 1.
+            last_obs: observations after the last step, which no transition holds.
+            logs: the environment's logs of the rollout.
+
+        Returns:
+            Mean losses.
+
+        Raises:
+            NonFiniteError: a number is not finite; networks and optimiser are as before the update.
+        """
+        with torch.inference_mode():
+            self.look_at_rollout(last_obs)
+            self.alg.compute_returns(last_obs)
+        self.check_rollout(iteration, last_obs, logs)
+        self.keep()
+        losses = self.alg.update()
+        self.check_update(iteration, losses)
+        return losses
+
     # -- before the update
 
     def look_at_rollout(self, last_obs: Any) -> None:
@@ -128,6 +151,7 @@ class FiniteGuard:
             for optimizer in self._optimizers()
         ]
         self._kept_rate = self.alg.learning_rate
+        self._kept_iteration = getattr(self.alg, "iteration", None)
 
     def check_update(self, iteration: int, losses: dict[str, float]) -> None:
         """Look at the losses, the networks and the optimiser's state.
@@ -160,6 +184,8 @@ class FiniteGuard:
             for group in optimizer.param_groups:
                 group["lr"] = self._kept_rate if optimizer is self.alg.optimizer else group["lr"]
         self.alg.learning_rate = self._kept_rate
+        if self._kept_iteration is not None:
+            self.alg.iteration = self._kept_iteration
 
     def _optimizers(self) -> Iterator[Any]:
         yield self.alg.optimizer

@@ -59,9 +59,9 @@ def resume_state(runner: LiftLabRunner) -> dict[str, Any]:
         "total_steps": runner.total_steps,
         "logger": runner.logger.state_dict(),
         "rng": rng_state(),
-        "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in runner._networks()],
+        "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in _networks(runner)],
         **({} if returns is None else {"curious_returns": _copied_to(returns.avg, "cpu")}),
-        **runner._best.state_dict(),
+        **runner.best.state_dict(),
     }
 
 
@@ -92,13 +92,13 @@ def load_resume_state(runner: LiftLabRunner, checkpoint: str | Path) -> str:
         restore({key: value.to(runner.env.device) for key, value in state["obs"].items()})
     _forget_rollout(runner)
     runner.logger.load_state_dict(state["logger"])
-    for network, memory in zip(runner._networks(), state["memory"], strict=True):
+    for network, memory in zip(_networks(runner), state["memory"], strict=True):
         if memory is not None or network.get_hidden_state() is not None:
             network.reset(hidden_state=_copied_to(memory, runner.device))
     returns = _curious_returns(runner)
     if returns is not None:
         returns.avg = _copied_to(state.get("curious_returns"), runner.device)
-    runner._best.load_state_dict(state)
+    runner.best.load_state_dict(state)
     _adopt_best(runner, Path(checkpoint).with_name(BEST))
     load_rng_state(state["rng"])
     runner.continues_exactly = True
@@ -118,7 +118,7 @@ def _start_fresh(runner: LiftLabRunner, problem: str, reset: bool = False) -> st
     if reset or runner.has_stepped:
         _forget_rollout(runner)
         runner.logger.forget_episodes()
-        for network in runner._networks():
+        for network in _networks(runner):
             if network.get_hidden_state() is not None:
                 network.reset(hidden_state=None)
         if manager_env(runner.env) is not None:
@@ -208,7 +208,7 @@ def _check_state(runner: LiftLabRunner, state: dict[str, Any]) -> None:
         else:
             for number in saved if isinstance(value, list) else [saved]:
                 _check_number(f"logger.{name}", number)
-    if len(state["memory"]) != len(runner._networks()):
+    if len(state["memory"]) != len(_networks(runner)):
         raise StateMismatchError("it is of another number of networks")
     for memory in state["memory"]:
         for part in memory if isinstance(memory, tuple) else (memory,):
@@ -242,6 +242,10 @@ def _check_number(name: str, value: Any) -> None:
 # -- parts
 
 
+def _networks(runner: LiftLabRunner) -> tuple[Any, Any]:
+    return runner.alg.actor, runner.alg.critic
+
+
 def _curious_returns(runner: LiftLabRunner) -> Any:
     """What holds the discounted rewards by which curiosity is scaled; None without such a scale."""
     rnd: Any = runner.alg.rnd
@@ -250,14 +254,14 @@ def _curious_returns(runner: LiftLabRunner) -> Any:
 
 def _adopt_best(runner: LiftLabRunner, path: Path) -> None:
     """Copy the best policy of the run that is continued; without that file there is none to beat."""
-    if runner._best.rank is None or runner.log_dir is None or not runner.place.is_main:
+    if runner.best.rank is None or runner.log_dir is None or not runner.place.is_main:
         return
     try:
         known = checkpoint_iteration(path) <= runner.current_learning_iteration
     except (FileError, ConfigError):
         known = False
     if not known:
-        runner._best.rank = None
+        runner.best.rank = None
     elif path.resolve() != (runner.log_dir / path.name).resolve():
         write_atomically(runner.log_dir / path.name, path.read_bytes())
 

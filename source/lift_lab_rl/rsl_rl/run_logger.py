@@ -1,4 +1,4 @@
-"""Curves of a training run: rsl_rl's logger without its console prints, its git copies and its waiting.
+"""Curves of a training run.
 
 Everything that happens in a rollout is kept on the device and read once at its end, so that no step waits for a
 transfer. Tags are rsl_rl's; ``Reward / ...`` and ``Episode / ...`` are skrl's, which the study's figures use.
@@ -7,41 +7,96 @@ transfer. Tags are rsl_rl's; ``Reward / ...`` and ``Episode / ...`` are skrl's, 
 from __future__ import annotations
 
 import statistics
+from collections import deque
 from pathlib import Path
 from typing import Any
 
 import torch
 from rsl_rl.utils.log_writer import LogWriter
-from rsl_rl.utils.logger import Logger
+from rsl_rl.utils.utils import resolve_class
+
+from lift_lab.utils.errors import ConfigError
 
 from .curve_files import CurveWriter
 from .progress import IterationReport
 
+LAST_EPISODES = 100
+"""Episodes that mean reward and length are taken over (rsl_rl's number)."""
 
-class RunLogger(Logger):
-    """Collects what happens in rollouts and writes it once an iteration."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        """As rsl_rl's logger."""
-        super().__init__(*args, **kwargs)
-        steps = self.cfg["num_steps_per_env"]
-        shape = (steps, self.num_envs)
-        self._rewards = torch.zeros(shape, device=self.device)
-        self._returns = torch.zeros(shape, device=self.device)
-        self._lengths = torch.zeros(shape, device=self.device)
-        self._dones = torch.zeros(shape, dtype=torch.bool, device=self.device)
+class RunLogger:
+    """Collects what happens in rollouts and writes it once an iteration.
+
+    Attributes:
+        writer: where curves go; None while nothing is open.
+    """
+
+    def __init__(self, cfg: dict[str, Any], env_cfg: Any, num_envs: int, device: str, log_dir: Path | None = None):
+        """Open nothing yet.
+
+        Args:
+            cfg: what :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns.
+            env_cfg: the environment's configuration, for services that show it.
+            num_envs: environments.
+            device: device of the rewards.
+            log_dir: folder of the run; None writes nothing.
+        """
+        self._cfg, self._env_cfg, self._log_dir = cfg, env_cfg, log_dir
+        self.writer: Any = None
+        self._total_time_s = 0.0
+        self._last_returns: deque[float] = deque(maxlen=LAST_EPISODES)
+        self._last_lengths: deque[float] = deque(maxlen=LAST_EPISODES)
+        self._reward_sum = torch.zeros(num_envs, device=device)
+        self._episode_length = torch.zeros(num_envs, device=device)
+        # of the running rollout
+        shape = (cfg["num_steps_per_env"], num_envs)
+        self._rewards = torch.zeros(shape, device=device)
+        self._returns = torch.zeros(shape, device=device)
+        self._lengths = torch.zeros(shape, device=device)
+        self._dones = torch.zeros(shape, dtype=torch.bool, device=device)
+        self._logs: list[tuple[dict[str, Any], int, dict[str, Any]]] = []
         self._step = 0
         self._last_log: dict[str, Any] | None = None
 
-    def init_logging_writer(self) -> None:
-        """Open what curves go to: an event file that outlives a full disk, or a service."""
-        if self.log_dir is None or self.disable_logs or self.cfg.get("logger", "tensorboard") != "tensorboard":
-            super().init_logging_writer()
-        else:
-            self.writer = CurveWriter(self.log_dir)  # type: ignore[assignment]
+    # -- where curves go
 
-    def _store_code_state(self) -> list[str]:
-        return []
+    def open(self) -> None:
+        """Open an event file that outlives a full disk, or a service.
+
+        Raises:
+            ConfigError: a package is missing.
+        """
+        if self._log_dir is None:
+            return
+        kind = self._cfg.get("logger", "tensorboard")
+        if kind == "tensorboard":
+            self.writer = CurveWriter(str(self._log_dir))
+            return
+        try:
+            writer_class, settings = resolve_class(kind)
+        except ModuleNotFoundError as error:
+            raise ConfigError(f"agent.logger: {error}") from error
+        self.writer = writer_class(log_dir=str(self._log_dir), **settings)
+        self.writer.store_config(self._env_cfg, self._cfg)
+
+    def save_model(self, path: str, iteration: int) -> None:
+        """Send a checkpoint to a service."""
+        if isinstance(self.writer, LogWriter):
+            self.writer.save_model(path, iteration)
+
+    def close(self) -> None:
+        """Write and send what is left."""
+        if isinstance(self.writer, LogWriter):
+            self.writer.stop()
+        if self.writer is not None:
+            self.writer.close()
+
+    # -- a rollout
+
+    def start_rollout(self) -> None:
+        """Forget the rollout before."""
+        self._logs.clear()
+        self._step = 0
 
     def process_env_step(
         self,
@@ -63,33 +118,32 @@ class RunLogger(Logger):
         # An environment keeps its last log until the next reset: each is counted once.
         log = extras.get("log")
         if log and log is not self._last_log:
-            self.ep_extras.append((dict(log), step, extras.get("log_counts", {})))
+            self._logs.append((dict(log), step, extras.get("log_counts", {})))
             self._last_log = log
         self._rewards[step] = rewards
         total = rewards if intrinsic_rewards is None else rewards + intrinsic_rewards
-        self.cur_reward_sum += total
-        self.cur_episode_length += 1
-        self._returns[step] = self.cur_reward_sum
-        self._lengths[step] = self.cur_episode_length
+        self._reward_sum += total
+        self._episode_length += 1
+        self._returns[step] = self._reward_sum
+        self._lengths[step] = self._episode_length
         self._dones[step] = done
-        self.cur_reward_sum.masked_fill_(done, 0.0)
-        self.cur_episode_length.masked_fill_(done, 0.0)
+        self._reward_sum.masked_fill_(done, 0.0)
+        self._episode_length.masked_fill_(done, 0.0)
         self._step = step + 1
 
-    def drop_rollout(self) -> None:
-        """Forget the running rollout."""
-        self.ep_extras.clear()
-        self._step = 0
+    def logs(self) -> list[dict[str, Any]]:
+        """The environment's logs of the running rollout."""
+        return [log for log, *_ in self._logs]
 
     def episode_logs(self) -> dict[str, float]:
         """The environment's logs of this rollout, each averaged over its episodes that ended.
 
         What an environment logs without the end of an episode, as of the reset when it is made, is of no episode.
         """
-        if not self.ep_extras:
+        if not self._logs:
             return {}
         ended = self._dones.sum(1).tolist()
-        logs = [(log, ended[step], counts) for log, step, counts in self.ep_extras if ended[step]]
+        logs = [(log, ended[step], counts) for log, step, counts in self._logs if ended[step]]
         means = {}
         for key in dict.fromkeys(key for log, *_ in logs for key in log):
             pairs = [(log[key], counts.get(key, everyone)) for log, everyone, counts in logs if key in log]
@@ -111,25 +165,23 @@ class RunLogger(Logger):
             losses: mean losses.
             rnd_weight: weight of the intrinsic reward.
         """
-        self.tot_timesteps = report.total_steps
-        self.tot_time += report.collect_s + report.learn_s
+        self._total_time_s += report.collect_s + report.learn_s
         used = slice(0, self._step)
         finished = self._dones[used]
-        self.rewbuffer.extend(self._returns[used][finished].tolist())
-        self.lenbuffer.extend(self._lengths[used][finished].tolist())
+        self._last_returns.extend(self._returns[used][finished].tolist())
+        self._last_lengths.extend(self._lengths[used][finished].tolist())
         report.terms = self.episode_logs()
-        if self.rewbuffer:
-            report.mean_reward = statistics.fmean(self.rewbuffer)
-            report.mean_length = statistics.fmean(self.lenbuffer)
+        if self._last_returns:
+            report.mean_reward = statistics.fmean(self._last_returns)
+            report.mean_length = statistics.fmean(self._last_lengths)
         if self.writer is not None:
             for tag, value in self._scalars(report, losses, rnd_weight).items():
                 self.writer.add_scalar(tag, value, report.iteration)
             if isinstance(self.writer, LogWriter):
-                for video in sorted(Path(str(self.log_dir)).glob("videos/*/[!.]*.mp4")):
+                for video in sorted(Path(str(self._log_dir)).glob("videos/*/[!.]*.mp4")):
                     self.writer.save_video(video, report.iteration)
             # A kill loses the running iteration at most.
-            self.writer.flush()  # type: ignore[union-attr]
-        self.drop_rollout()
+            self.writer.flush()
 
     def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}
@@ -153,11 +205,11 @@ class RunLogger(Logger):
             tags["Train/mean_reward"] = report.mean_reward
             tags["Train/mean_episode_length"] = report.mean_length
             tags["Reward / Total reward (mean)"] = report.mean_reward
-            tags["Reward / Total reward (max)"] = max(self.rewbuffer)
-            tags["Reward / Total reward (min)"] = min(self.rewbuffer)
+            tags["Reward / Total reward (max)"] = max(self._last_returns)
+            tags["Reward / Total reward (min)"] = min(self._last_returns)
             tags["Episode / Total timesteps (mean)"] = report.mean_length
-            tags["Episode / Total timesteps (max)"] = max(self.lenbuffer)
-            tags["Episode / Total timesteps (min)"] = min(self.lenbuffer)
+            tags["Episode / Total timesteps (max)"] = max(self._last_lengths)
+            tags["Episode / Total timesteps (min)"] = min(self._last_lengths)
         return tags
 
     # -- continuing a run
@@ -165,27 +217,27 @@ class RunLogger(Logger):
     def state_dict(self) -> dict[str, Any]:
         """Running sums and the last episodes, as tensors and plain values."""
         return {
-            "returns": list(self.rewbuffer),
-            "lengths": list(self.lenbuffer),
-            "reward_sum": self.cur_reward_sum.cpu().clone(),
-            "episode_length": self.cur_episode_length.cpu().clone(),
-            "total_time_s": self.tot_time,
+            "returns": list(self._last_returns),
+            "lengths": list(self._last_lengths),
+            "reward_sum": self._reward_sum.cpu().clone(),
+            "episode_length": self._episode_length.cpu().clone(),
+            "total_time_s": self._total_time_s,
         }
 
     def forget_episodes(self) -> None:
         """Drop the last episodes, the running ones and the steps of a rollout that was broken off."""
-        self.rewbuffer.clear()
-        self.lenbuffer.clear()
-        self.cur_reward_sum.zero_()
-        self.cur_episode_length.zero_()
-        self.ep_extras.clear()
+        self._last_returns.clear()
+        self._last_lengths.clear()
+        self._reward_sum.zero_()
+        self._episode_length.zero_()
+        self._logs.clear()
         self._step = 0
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Write a state of :meth:`state_dict` back."""
         self.forget_episodes()
-        self.rewbuffer.extend(state["returns"])
-        self.lenbuffer.extend(state["lengths"])
-        self.cur_reward_sum.copy_(state["reward_sum"])
-        self.cur_episode_length.copy_(state["episode_length"])
-        self.tot_time = state["total_time_s"]
+        self._last_returns.extend(state["returns"])
+        self._last_lengths.extend(state["lengths"])
+        self._reward_sum.copy_(state["reward_sum"])
+        self._episode_length.copy_(state["episode_length"])
+        self._total_time_s = state["total_time_s"]

@@ -1,54 +1,65 @@
-"""The training loop: rsl_rl's runner with checkpoints that survive a crash and runs that can be continued.
+"""The training loop: roll out, update, log, save.
 
-``model_N.pt`` is the model after N iterations: networks, optimiser, and the few counters that a curriculum needs.
-Beside it ``resume_state_N.pt`` holds everything else (environments, random numbers), so that a run continued from
-iteration N ends with the same bytes in its last file as a run that never stopped. The newest few are kept.
+:class:`LiftLabRunner` has the methods of rsl_rl's ``OnPolicyRunner``. Its checkpoints survive a crash, and its runs can
+be continued. ``model_N.pt`` is the model after N iterations: networks, optimiser, and the few counters that a
+curriculum needs. Beside it ``resume_state_N.pt`` holds everything else (environments, random numbers), so that a run
+continued from iteration N ends with the same bytes in its last file as a run that never stopped.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import torch
+from rsl_rl.algorithms import PPO
 from rsl_rl.env import VecEnv
-from rsl_rl.runners import OnPolicyRunner
+from rsl_rl.models import MLPModel
 from rsl_rl.utils import resolve_callable
 
 from lift_lab.app import output
-from lift_lab.utils.errors import ConfigError, FileError
+from lift_lab.utils.errors import FileError
 from lift_lab_rl import distributed
-from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.files import canonical, save_torch
-from lift_lab_rl.nonfinite import NonFiniteError
 from lift_lab_rl.settings import Settings
 from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
 from .best_policy import BEST, BestPolicy
-from .checkpoint_file import check_fit, read_checkpoint
+from .checkpoint_file import read_checkpoint
 from .ema import LAST, acting_policy
+from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .finite import FiniteGuard
 from .gaussian import action_std
+from .model_file import load_infos, load_networks, model_content
 from .ppo import LiftLabPPO
 from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
-from .run_files import remove_old_states, state_name, trained_with
+from .run_files import remove_old_states, state_name
 from .run_logger import RunLogger
 from .runner_checks import check_environment
 from .saving import CheckpointSaver
 from .time_outs import providing_final_obs
 
 
-class LiftLabRunner(OnPolicyRunner):
-    """Runs PPO on an environment.
+class LiftLabRunner:
+    """Trains rsl_rl's PPO, or ours, on an environment.
 
     Attributes:
+        env: wrapped environment.
+        cfg: configuration, as :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns it.
+        device: device of the learner.
+        log_dir: folder of the run; None writes nothing.
+        place: this process's place among those of the training.
+        fingerprint: tells whether a saved environment state is of this configuration.
+        alg: the algorithm.
+        logger: curves.
+        best: ranks policies for ``model_best.pt``.
+        guard: looks for NaN and infinity; None if the configuration says so.
         current_learning_iteration: iterations finished (rsl_rl counts one less).
         total_steps: steps of environments, of all processes and all runs that this one continues; None before the
             first iteration.
@@ -58,7 +69,7 @@ class LiftLabRunner(OnPolicyRunner):
         stopped_by: number of the signal that ended the last :meth:`learn` early; None if none did.
     """
 
-    logger: RunLogger
+    alg: PPO
 
     def __init__(
         self,
@@ -76,65 +87,42 @@ class LiftLabRunner(OnPolicyRunner):
             train_cfg: what :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns.
             log_dir: folder of the run; None writes nothing.
             device: device of the learner.
-            fingerprint: tells whether a saved environment state is of this configuration: a text that has to be the
-                same, or the settings.
+            fingerprint: a text that has to be the same for a run to continue with the same episodes, or the settings.
             place: this process's place among those of the running :func:`~lift_lab_rl.distributed.group`; None alone.
+
+        Raises:
+            ConfigError: the configuration does not fit the environment.
         """
-        self.env = env
-        self.cfg = train_cfg
-        self.device = device
-        self.place = place if place is not None else distributed.Place()
-        self.fingerprint = fingerprint
-        if self.place.is_distributed:
-            size = self.place.world_size
-            same = isinstance(fingerprint, str)
-            self.fingerprint = f"{fingerprint}/{size}" if same else fingerprint.with_value("processes", size)
+        self.env, self.cfg, self.device = env, train_cfg, device
         self.log_dir = None if log_dir is None else Path(log_dir)
+        self.place = place if place is not None else distributed.Place()
+        self.fingerprint = _with_processes(fingerprint, self.place)
+        self.cfg["multi_gpu"] = self.place.multi_gpu_cfg()
         if torch.device(device).type == "cpu":
             use_one_torch_thread()
-        self._configure_multi_gpu()
         check_environment(env, train_cfg, device, saves=log_dir is not None)
-        obs = self.env.get_observations()
         algorithm: Any = resolve_callable(self.cfg["algorithm"]["class_name"])
         with contextlib.redirect_stdout(io.StringIO()):  # rsl_rl prints its networks
-            self.alg = algorithm.construct_algorithm(obs, self.env, self.cfg, self.device)
-        distributed.copy_from_main(self._shared_tensors())
-        self.logger = RunLogger(
-            log_dir=None if log_dir is None else str(log_dir),
-            cfg=self.cfg,
-            env_cfg=getattr(self.env, "cfg", {}),
-            num_envs=self.env.num_envs,
-            is_distributed=self.is_distributed,
-            gpu_world_size=self.gpu_world_size,
-            gpu_global_rank=self.gpu_global_rank,
-            device=self.device,
-        )
+            self.alg = algorithm.construct_algorithm(env.get_observations(), env, self.cfg, device)
+        distributed.copy_from_main(self.shared_tensors())
+        self.logger = RunLogger(self.cfg, getattr(env, "cfg", {}), env.num_envs, device, self._written_dir)
+        self.best = BestPolicy(self.cfg.get("success_metric"))
+        checked = self.cfg.get("check_for_nan", True)
+        self.guard = FiniteGuard(env, self.alg, self.shared_tensors()) if checked else None
         self.current_learning_iteration = 0
         self.total_steps: int | None = None
         self.continues_exactly = self.has_stepped = self.noted_unsaved = False
         self.stopped_by: int | None = None
-        self._best = BestPolicy(self.cfg.get("success_metric"))
-        self._guard = (
-            FiniteGuard(env, self.alg, self._shared_tensors()) if self.cfg.get("check_for_nan", True) else None
-        )
 
-    def _configure_multi_gpu(self) -> None:
-        """Tell rsl_rl of the other processes."""
-        place = self.place
-        self.gpu_world_size, self.is_distributed = place.world_size, place.is_distributed
-        self.gpu_local_rank, self.gpu_global_rank = place.local_rank, place.rank
-        self.cfg["multi_gpu"] = None
-        if self.is_distributed:
-            self.cfg["multi_gpu"] = {
-                "global_rank": place.rank,
-                "local_rank": place.local_rank,
-                "world_size": place.world_size,
-            }
+    @property
+    def _written_dir(self) -> Path | None:
+        """Folder that this process writes curves and models to; None for none."""
+        return self.log_dir if self.place.is_main else None
 
-    def _shared_tensors(self) -> list[torch.Tensor]:
+    def shared_tensors(self) -> list[torch.Tensor]:
         """What is the same on every process: the networks' parameters and normalisation."""
-        alg: Any = self.alg
-        networks = [*self._networks(), *([alg.rnd.predictor, alg.rnd.target] if alg.rnd else [])]
+        rnd: Any = self.alg.rnd
+        networks = [self.alg.actor, self.alg.critic, *([rnd.predictor, rnd.target] if rnd else [])]
         return [value for network in networks for value in network.state_dict().values()]
 
     # -- training
@@ -158,41 +146,55 @@ class LiftLabRunner(OnPolicyRunner):
         Returns:
             Whether all iterations were done; if not, :attr:`stopped_by` is the signal that ended them.
         """
+        total = self.current_learning_iteration + num_learning_iterations
+        saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
+        signals, signal, ended = StopSignals(self.place), None, False
+        obs = self._start(init_at_random_ep_len)
+        with self._running(signals, progress):
+            while self.current_learning_iteration < total and not ended:
+                start = self._now()
+                obs = self._roll_out(obs)
+                rolled_out = self._now()
+                losses = self._update(obs)
+                report = self._log(total, rolled_out - start, self._now() - rolled_out, losses)
+                if progress is not None:
+                    progress.show(report)
+                signal = signals.agree()
+                if on_iteration is not None:
+                    on_iteration(report.iteration)
+                is_saved = saver.after_iteration(report.iteration, total, signal)
+                ended = is_saved and signal is not None
+        self.logger.close()
+        finished = self.current_learning_iteration >= total
+        self.stopped_by = None if finished else signal
+        return finished
+
+    def _start(self, init_at_random_ep_len: bool) -> Any:
+        """Open the curves; returns the first observations."""
         env: Any = self.env
         if init_at_random_ep_len and not self.continues_exactly:
             env.episode_length_buf = torch.randint_like(env.episode_length_buf, high=int(env.max_episode_length))
-        obs = env.get_observations().to(self.device)
         self.alg.train_mode()
-        try:
-            self.logger.init_logging_writer()
-        except ModuleNotFoundError as error:
-            raise ConfigError(f"agent.logger: {error}") from error
-        total = self.current_learning_iteration + num_learning_iterations
-        shown = progress if progress is not None else contextlib.nullcontext()
-        signals, stops, may_end = StopSignals(self.place), None, False
-        saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
-        note = progress.note if progress is not None else None
-        final_obs = providing_final_obs(env, isinstance(self.alg, LiftLabPPO) and self.alg.time_outs.needs_final_obs)
-        with output.guarded(), signals.caught(note), shown, final_obs:
-            while self.current_learning_iteration < total and (stops is None or not may_end):
-                obs = self._iterate(obs, total, progress)
-                stops = signals.agree()
-                done = self.current_learning_iteration
-                if on_iteration is not None:
-                    on_iteration(done)
-                may_end = saver.after_iteration(done, total, stops)
-        if self.logger.writer is not None:
-            self.logger.stop_logging_writer()
-            self.logger.writer.close()  # type: ignore[attr-defined]
-        finished = self.current_learning_iteration >= total
-        self.stopped_by = None if finished else stops
-        return finished
+        self.logger.open()
+        return env.get_observations().to(self.device)
 
-    def _iterate(self, obs: Any, total: int, progress: Progress | None) -> Any:
-        """One rollout and one update; returns the observations that the next rollout starts from."""
-        start = time.perf_counter()
+    @contextlib.contextmanager
+    def _running(self, signals: StopSignals, progress: Progress | None):
+        """What holds while the loop runs: output and signals are caught, progress is shown."""
+        wants_final_obs = isinstance(self.alg, LiftLabPPO) and self.alg.time_outs.needs_final_obs
+        with (
+            output.guarded(),
+            signals.caught(progress.note if progress is not None else None),
+            progress if progress is not None else contextlib.nullcontext(),
+            providing_final_obs(self.env, wants_final_obs),
+        ):
+            yield
+
+    def _roll_out(self, obs: Any) -> Any:
+        """Step the environment with the policy; returns the observations that the next rollout starts from."""
         same_device = torch.device(self.env.device) == torch.device(self.device)
         self.has_stepped = True
+        self.logger.start_rollout()
         with torch.inference_mode():
             for _ in range(self.cfg["num_steps_per_env"]):
                 actions = self.alg.act(obs)
@@ -200,71 +202,48 @@ class LiftLabRunner(OnPolicyRunner):
                 if not same_device:  # asking a TensorDict costs more than it looks
                     obs, rewards, dones = obs.to(self.device), rewards.to(self.device), dones.to(self.device)
                 self.alg.process_env_step(obs, rewards, dones, extras)
-                intrinsic = self.alg.intrinsic_rewards if self.alg.rnd else None
-                self.logger.process_env_step(rewards, dones, extras, intrinsic)
-            self._synchronise()
-            collected = time.perf_counter()
-        losses = self._update(obs)
-        self._synchronise()
-        learned = time.perf_counter()
+                self.logger.process_env_step(
+                    rewards, dones, extras, self.alg.intrinsic_rewards if self.alg.rnd else None
+                )
+        return obs
+
+    def _update(self, obs: Any) -> dict[str, float]:
+        """Returns and one update; returns the mean losses."""
+        if self.guard is not None:
+            return self.guard.update(self.current_learning_iteration + 1, obs, self.logger.logs())
+        with torch.inference_mode():
+            self.alg.compute_returns(obs)
+        return self.alg.update()
+
+    def _log(self, total: int, collect_s: float, learn_s: float, losses: dict[str, float]) -> IterationReport:
+        """Count the iteration, write its curves, and ``model_best.pt`` if there never was a better policy."""
+        steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.place.world_size
+        before = self.total_steps
+        if before is None:  # a run that is continued without its count had as many environments
+            before = self.current_learning_iteration * steps
         self.current_learning_iteration += 1
-        steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.gpu_world_size
-        total_steps = self.total_steps
-        if total_steps is None:  # a run that is continued without its count had as many environments
-            total_steps = (self.current_learning_iteration - 1) * steps
-        self.total_steps = total_steps = total_steps + steps
+        self.total_steps = total_steps = before + steps
         report = IterationReport(
             iteration=self.current_learning_iteration,
             total_iterations=total,
             total_steps=total_steps,
             steps=steps,
-            collect_s=collected - start,
-            learn_s=learned - collected,
+            collect_s=collect_s,
+            learn_s=learn_s,
             learning_rate=self.alg.learning_rate,
             action_std=action_std(self.alg.get_policy()),
             entropy_coef=self.alg.entropy_coef,
         )
         self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
-        self._keep_best(report)
-        if progress is not None:
-            progress.show(report)
-        return obs
+        folder = self._written_dir
+        self.best.update(report, None if folder is None else lambda: self.save(str(folder / BEST)))
+        return report
 
-    def _update(self, obs: Any) -> dict[str, float]:
-        """Returns and one update, with a look at every number before and after; returns the mean losses."""
-        guard, number = self._guard, self.current_learning_iteration + 1
-        with torch.inference_mode():
-            if guard is not None:
-                guard.look_at_rollout(obs)
-            self.alg.compute_returns(obs)
-        if guard is None:
-            return self.alg.update()
-        try:
-            guard.check_rollout(number, obs, [log for log, *_ in self.logger.ep_extras])
-            guard.keep()
-            losses = self.alg.update()
-            guard.check_update(number, losses)
-        except NonFiniteError:
-            self.logger.drop_rollout()
-            raise
-        return losses
-
-    def _synchronise(self) -> None:
+    def _now(self) -> float:
+        """Time in s, once the device has done its work."""
         if torch.device(self.device).type == "cuda":
             torch.cuda.synchronize(self.device)
-
-    def _keep_best(self, report: IterationReport) -> None:
-        """Find the report's success; write ``model_best.pt`` if there never was a better policy."""
-        report.success = self._best.success(report.terms)
-        self._best.smooth(report)
-        before = self._best.rank
-        if self.log_dir is None or not self.place.is_main or not self._best.is_new(report.iteration):
-            return
-        try:
-            self.save(str(self.log_dir / BEST))
-        except FileError as error:
-            self._best.rank = before  # the next policy that is better than what is on the disk is written
-            print(f"warning: {error}; it is tried again with the next better policy", file=sys.stderr)
+        return time.perf_counter()
 
     # -- checkpoints
 
@@ -282,7 +261,7 @@ class LiftLabRunner(OnPolicyRunner):
             save_torch(self.log_dir / state_name(self.place, done), self.resume_state())
         except FileError as error:
             failure = error
-        distributed.check_equal(self._shared_tensors(), "the policy")
+        distributed.check_equal(self.shared_tensors(), "the policy")
         if self.place.is_main:
             path = self.log_dir / f"model_{done}.pt"
             self.save(str(path))
@@ -298,21 +277,8 @@ class LiftLabRunner(OnPolicyRunner):
             path: file.
             infos: more to keep; tensors and plain values.
         """
-        env = manager_env(self.env)
-        content = self.alg.save()
-        content["iter"] = self.current_learning_iteration
-        content["infos"] = {"env_state": counters(env), **(infos or {})}
-        if self.alg.rnd:
-            content["infos"]["rnd"] = {"update_counter": self.alg.rnd.update_counter, "weight": self.alg.rnd.weight}
+        content = model_content(self.alg, self.env, self.current_learning_iteration, infos)
         save_torch(path, canonical(content))
-
-    def resume_state(self) -> dict[str, Any]:
-        """Everything besides the model that the next iteration depends on."""
-        return resume_state(self)
-
-    def _networks(self) -> list[Any]:
-        alg: Any = self.alg
-        return [alg._raw_actor, alg._raw_critic]
 
     def load(
         self, path: str, load_cfg: dict | None = None, strict: bool = True, map_location: str | None = None
@@ -334,14 +300,14 @@ class LiftLabRunner(OnPolicyRunner):
                 optimizer. Nothing was loaded then.
         """
         content = read_checkpoint(path, map_location or self.device)
-        with_iteration = self._load_networks(path, content, load_cfg, strict)
+        with_iteration = load_networks(self.alg, path, content, load_cfg, strict)
         if self.alg.schedule == "fixed":  # an adapted rate is part of the state, a fixed one is a setting
             self.alg.learning_rate = self.cfg["algorithm"]["learning_rate"]
             for group in self.alg.optimizer.param_groups:
                 group["lr"] = self.alg.learning_rate
         if with_iteration:
             self.current_learning_iteration = content["iter"]
-        return self._load_infos(content)
+        return load_infos(self.alg, self.env, content)
 
     def load_policy(self, path: str) -> dict:
         """Load the policy to act with: the averaged one where the checkpoint holds one, else the last.
@@ -360,28 +326,12 @@ class LiftLabRunner(OnPolicyRunner):
         content = read_checkpoint(path, self.device)
         content[LAST] = acting_policy(content, path)
         parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
-        self._load_networks(path, content, parts, strict=True)
-        return self._load_infos(content)
+        load_networks(self.alg, path, content, parts, strict=True)
+        return load_infos(self.alg, self.env, content)
 
-    def _load_networks(self, path: str, content: dict[str, Any], parts: dict | None, strict: bool) -> bool:
-        try:
-            check_fit(self.alg, content, parts, strict)
-            return self.alg.load(content, parts, strict)
-        except (RuntimeError, KeyError, ValueError, TypeError) as error:
-            reason = " ".join(str(error).split())[:200].rstrip(" .")
-            made_with = trained_with(path)
-            hint = f"; it was trained with {made_with}" if made_with else ""
-            raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}{hint}") from error
-
-    def _load_infos(self, content: dict[str, Any]) -> dict:
-        infos = content.get("infos") or {}
-        env = manager_env(self.env)
-        if env is not None:
-            load_counters(env, infos.get("env_state", {}))
-        if self.alg.rnd:
-            for name, value in infos.get("rnd", {}).items():
-                setattr(self.alg.rnd, name, value)
-        return infos
+    def resume_state(self) -> dict[str, Any]:
+        """Everything besides the model that the next iteration depends on."""
+        return resume_state(self)
 
     def load_resume_state(self, checkpoint: str | Path) -> str:
         """Continue the very episodes that ran when ``checkpoint`` was written, if their state is beside it.
@@ -397,3 +347,27 @@ class LiftLabRunner(OnPolicyRunner):
             What was done, in words for the user.
         """
         return load_resume_state(self, checkpoint)
+
+    # -- the policy
+
+    def get_inference_policy(self, device: str | None = None) -> MLPModel:
+        """The policy for acting without noise, on a device (None: where it is)."""
+        self.alg.eval_mode()
+        return self.alg.get_policy().to(device)
+
+    def export_policy_to_jit(self, path: str, filename: str = "policy.pt") -> None:
+        """Write the policy as TorchScript; :func:`~lift_lab_rl.rsl_rl.export_policy_as_jit`."""
+        export_policy_as_jit(self.alg.get_policy(), None, path, filename)
+
+    def export_policy_to_onnx(self, path: str, filename: str = "policy.onnx", verbose: bool = False) -> None:
+        """Write the policy as ONNX; :func:`~lift_lab_rl.rsl_rl.export_policy_as_onnx`."""
+        export_policy_as_onnx(self.alg.get_policy(), path, None, filename, verbose)
+
+
+def _with_processes(fingerprint: str | Settings, place: distributed.Place) -> str | Settings:
+    """A fingerprint that also tells how many processes train."""
+    if not place.is_distributed:
+        return fingerprint
+    if isinstance(fingerprint, str):
+        return f"{fingerprint}/{place.world_size}"
+    return fingerprint.with_value("processes", place.world_size)
