@@ -25,7 +25,7 @@ import warnings  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from lift_lab.app import AppLauncher, cli  # noqa: E402
-from lift_lab.app.arguments import COMMON_SETTINGS, positive  # noqa: E402
+from lift_lab_cli.arguments import COMMON_SETTINGS, positive  # noqa: E402
 
 WARM_UP = 5
 """Steps before the clock starts."""

@@ -37,6 +37,7 @@ LAYERS = [
     {"lift_lab.envs"},
     {"lift_lab_assets", "lift_lab_rl", "lift_lab.app"},
     {"lift_lab_tasks"},
+    {"lift_lab_cli"},
 ]
 """From the lowest to the highest. A package imports from its own layer and from lower ones."""
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lift_lab.app import AppLauncher, cli
-from lift_lab.app.arguments import COMMON_SETTINGS
+from lift_lab_cli.arguments import COMMON_SETTINGS
 
 
 def parse():

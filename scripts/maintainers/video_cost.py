@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from lift_lab.app import cli
-from lift_lab.app.arguments import positive
+from lift_lab_cli.arguments import positive
 
 
 def main() -> int:

@@ -49,28 +49,25 @@ SKRL_RANGES: Ranges = {
 """By the path of an entry; a key may name several, separated by spaces."""
 
 
-_SB3_NEEDED = "policy n_timesteps n_steps n_epochs gamma gae_lambda learning_rate clip_range ent_coef vf_coef"
-_SKRL_NEEDED = (
+SB3_NEEDED = "policy n_timesteps n_steps n_epochs gamma gae_lambda learning_rate clip_range ent_coef vf_coef"
+SKRL_NEEDED = (
     "models models.policy models.value memory agent trainer agent.experiment agent.rollouts agent.learning_epochs "
     "agent.mini_batches agent.discount_factor agent.gae_lambda agent.learning_rate agent.ratio_clip trainer.timesteps"
 )
 """Entries that may be missing, which leaves the library's default, but not null."""
 
 
-def check_library_cfg(cfg: Any, agent: str = "agent") -> None:
+def check_library_cfg(cfg: dict[str, Any], ranges: Ranges, needed: str) -> None:
     """Check the numbers of an agent's configuration.
 
     Args:
-        cfg: configuration of skrl's runner, which has a ``trainer``, or of Stable-Baselines3's PPO.
-        agent: key of the configuration, for the user.
+        cfg: the configuration.
+        ranges: ranges by the path of an entry; a key may name several, separated by spaces.
+        needed: entries that may be missing, which leaves the library's default, but not None; separated by spaces.
 
     Raises:
-        ConfigError: the configuration is no dictionary, a number is NaN or outside of its range, or an entry that is
-            needed is None; names it.
+        ConfigError: a number is NaN or outside of its range, or an entry that is needed is None; names it.
     """
-    if not isinstance(cfg, dict):
-        raise ConfigError(f"--agent {agent} is a {type(cfg).__name__}: this library reads dictionaries")
-    ranges, needed = (SKRL_RANGES, _SKRL_NEEDED) if "trainer" in cfg else (SB3_RANGES, _SB3_NEEDED)
     for name in needed.split():
         *owners, last = name.split(".")
         owner: Any = cfg

@@ -1,19 +1,44 @@
-"""What a run's folder says of the run: the files in its ``params``."""
+"""The files in the folder ``params`` of a run: its configurations, its task and its overrides."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from lift_lab.utils.errors import FileError
-from lift_lab.utils.io import load_yaml
+from lift_lab.utils.io import dump_yaml, load_yaml
+
+
+def write_params(
+    run_dir: Path,
+    task: str,
+    env_cfg: Any,
+    agent_cfg: Any,
+    overrides: Sequence[str],
+    continues: Path | None = None,
+) -> None:
+    """Write what a run is made of.
+
+    Args:
+        run_dir: folder of the run.
+        task: the task's name.
+        env_cfg: the environment's configuration.
+        agent_cfg: the agent's.
+        overrides: what the command line changed.
+        continues: checkpoint of another run that this one goes on from. Kept as folder and file name, so that runs
+            may be moved together.
+    """
+    dump_yaml(run_dir / "params" / "env.yaml", env_cfg)
+    dump_yaml(run_dir / "params" / "agent.yaml", agent_cfg)
+    origin = {} if continues is None else {"continues": f"{continues.parent.name}/{continues.name}"}
+    dump_yaml(run_dir / "params" / "run.yaml", {"task": task, "overrides": list(overrides), **origin})
 
 
 def read_params(run_dir: Path, name: str) -> dict[str, Any]:
-    """Content of one of the files that :func:`~lift_lab_rl.script_steps.write_configurations` writes.
+    """Content of one of the files that :func:`write_params` writes.
 
     Args:
         run_dir: folder of the run.

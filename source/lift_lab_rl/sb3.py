@@ -16,14 +16,14 @@ from torch import nn
 
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .extras import missing_package
 from .nonfinite import check_step
+from .optional_packages import missing_package
 
 try:
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.vec_env import VecEnv
 except ModuleNotFoundError as error:
-    raise missing_package("stable_baselines3") from error
+    raise missing_package("stable_baselines3", "sb3") from error
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import configure
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
@@ -186,6 +187,11 @@ def _statistics(numbers: dict[str, Any]) -> RunningMeanStd:
 def statistics_path(model: Path) -> Path:
     """Where a model's observation statistics are: ``model_vecnormalize_8_steps.pt`` for ``model_8_steps.zip``."""
     return model.with_name(model.name.replace("model", "model_vecnormalize", 1)).with_suffix(".pt")
+
+
+def log_to(agent: PPO, folder: Path) -> None:
+    """Let an agent write its log to standard output and to TensorBoard's files in a folder."""
+    agent.set_logger(configure(str(folder), ["stdout", "tensorboard"]))
 
 
 class SaveCallback(BaseCallback):

@@ -11,8 +11,8 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .extras import missing_package
 from .nonfinite import check_step
+from .optional_packages import missing_package
 
 try:
     import skrl
@@ -20,7 +20,7 @@ try:
     from skrl.trainers.torch import ParallelTrainer, Trainer
     from skrl.utils.spaces.torch import flatten_tensorized_space, tensorize_space
 except ModuleNotFoundError as error:
-    raise missing_package("skrl") from error
+    raise missing_package("skrl", "skrl") from error
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv

@@ -1,4 +1,4 @@
-"""Loading agents of skrl without running code that is in their files. Needs the extra ``skrl``."""
+"""Making and loading agents of skrl. Needs the extra ``skrl``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,23 @@ import copy
 from pathlib import Path
 from typing import Any
 
+from skrl.utils.runner.torch import Runner
+
 from lift_lab.utils.errors import ConfigError, quote
 
 from .library_files import read_skrl
+from .library_ranges import refusals_of
+from .skrl import SkrlVecEnvWrapper
+
+
+def make_runner(env: SkrlVecEnvWrapper, cfg: dict[str, Any]) -> Runner:
+    """skrl's runner of an environment.
+
+    Raises:
+        ConfigError: skrl refuses a setting.
+    """
+    with refusals_of("skrl"):
+        return Runner(env, cfg)
 
 
 def load_agent(agent: Any, path: str | Path, trust: bool = False) -> None:

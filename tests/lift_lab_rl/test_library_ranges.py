@@ -3,7 +3,20 @@
 import pytest
 
 from lift_lab.utils.errors import ConfigError, ConfigTypeError
-from lift_lab_rl.library_ranges import check_library_cfg, check_skrl_mini_batches, refusals_of
+from lift_lab_rl.library_ranges import (
+    SB3_NEEDED,
+    SB3_RANGES,
+    SKRL_NEEDED,
+    SKRL_RANGES,
+    check_library_cfg,
+    check_skrl_mini_batches,
+    refusals_of,
+)
+
+
+def check(cfg):
+    """Check a configuration: of skrl's runner, which has a trainer, or of Stable-Baselines3's PPO."""
+    check_library_cfg(cfg, *((SKRL_RANGES, SKRL_NEEDED) if "trainer" in cfg else (SB3_RANGES, SB3_NEEDED)))
 
 
 @pytest.mark.parametrize(
@@ -19,7 +32,7 @@ from lift_lab_rl.library_ranges import check_library_cfg, check_skrl_mini_batche
 )
 def test_what_is_needed_is_not_null(cfg, says):
     with pytest.raises(ConfigError, match=says):
-        check_library_cfg(cfg)
+        check(cfg)
 
 
 @pytest.mark.parametrize(
@@ -31,7 +44,7 @@ def test_what_is_needed_is_not_null(cfg, says):
     ],
 )
 def test_odd_settings_that_work_are_taken(cfg):
-    check_library_cfg(cfg)
+    check(cfg)
 
 
 def test_a_mini_batch_of_skrl_is_not_empty():

@@ -3,9 +3,9 @@
 import pytest
 
 import lift_lab_tasks  # noqa: F401
-from lift_lab.app.arguments import COMMON_SETTINGS
 from lift_lab.app.cli import FlagSetting, Parser
 from lift_lab.utils.errors import ConfigError
+from lift_lab_cli.arguments import COMMON_SETTINGS
 from lift_lab_tasks.settings import Settings
 from lift_lab_tasks.utils.hydra import given_paths
 from lift_lab_tasks.utils.runs import note_annealing

@@ -13,7 +13,6 @@ SCRIPTS = Path(__file__).parents[2] / "scripts" / "rsl_rl"
 @pytest.fixture
 def study(monkeypatch, tmp_path, capfd):
     """Runs the study in a folder of its own; returns exit status, output and errors."""
-    monkeypatch.syspath_prepend(str(SCRIPTS))
     monkeypatch.chdir(tmp_path)
 
     def call(*args):

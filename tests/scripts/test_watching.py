@@ -17,7 +17,6 @@ PLAY = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_threads", 1
 def script(monkeypatch, capsys, tmp_path):
     """Runs a script in this process, in a folder without runs; returns exit status, output and errors."""
     threads = torch.get_num_threads()
-    monkeypatch.syspath_prepend(str(SCRIPTS / "rsl_rl"))
     monkeypatch.chdir(tmp_path)
 
     def call(name, *args):
@@ -153,7 +152,7 @@ def test_without_an_opengl_library_one_line_says_so_and_the_rest_is_done(script,
 
 def test_training_loads_nothing_of_the_viewer():
     packages = SCRIPTS.parent / "source"
-    files = [SCRIPTS / "rsl_rl" / "train.py", *(packages / "lift_lab_rl" / "rsl_rl").glob("*.py")]
+    files = [packages / "lift_lab_cli" / "train.py", *(packages / "lift_lab_rl" / "rsl_rl").glob("*.py")]
     for file in files:
         imports = [
             node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Import | ast.ImportFrom)

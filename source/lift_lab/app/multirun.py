@@ -65,7 +65,7 @@ def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
     failed: list[tuple[int, int]] = []
     for number, job in enumerate(jobs, 1):
         print(f"[{number}/{len(jobs)}] {' '.join(job)}", flush=True)
-        process = subprocess.Popen([sys.executable, argv[0], *flags, *job], env=child_environment())
+        process = subprocess.Popen([sys.executable, *_program(argv[0]), *flags, *job], env=child_environment())
         try:
             status = process.wait()
         except KeyboardInterrupt as interrupt:
@@ -81,3 +81,9 @@ def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
         print(f"{len(failed)} of {len(jobs)} runs failed: {numbers}", file=sys.stderr)
         return failed[0][1]
     return 0
+
+
+def _program(path: str) -> list[str]:
+    """Python's arguments that run a program again: its file, or its module if it was started with ``-m``."""
+    spec = getattr(sys.modules["__main__"], "__spec__", None)
+    return ["-m", spec.name] if spec is not None and spec.origin == path else [path]

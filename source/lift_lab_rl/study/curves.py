@@ -209,7 +209,11 @@ def remarks(runs: Sequence[TrainingRun]) -> list[str]:
     return found
 
 
-_NO_MATTER = re.compile(r"(env|agent)\.(seed|run_name|experiment_name|max_iterations|save_interval|logger)=")
+_NO_MATTER = {
+    f"{owner}.{name}"
+    for owner in ("env", "agent")
+    for name in ("seed", "run_name", "experiment_name", "max_iterations", "save_interval", "logger")
+}
 """Overrides that do not change what is trained, or only the seed."""
 
 
@@ -228,7 +232,7 @@ class _Piece:
         """Whether a study made it, whose pieces of one name are one training."""
         if named is not None and self.of_study:
             label = label or named[1]
-        overrides = [text for text in run.get("overrides") or () if not _NO_MATTER.match(text)]
+        overrides = [text for text in run.get("overrides") or () if text.partition("=")[0] not in _NO_MATTER]
         self.label = label or (" ".join([self.task, *overrides]) if self.task else folder.name)
         self.continues = str(run.get("continues") or "").partition("/")[0]
         """Name of the folder of the run that this one went on from; empty if it began anew."""

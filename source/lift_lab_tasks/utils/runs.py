@@ -20,8 +20,11 @@ from lift_lab_rl.settings import Settings
 
 from .parse_cfg import get_checkpoint_path
 
-LOG_ROOT = Path("logs") / "rsl_rl"
-"""Where runs go, below the current directory."""
+LOGS = Path("logs")
+"""Where runs go, below the current directory: a folder for each library."""
+
+LOG_ROOT = LOGS / "rsl_rl"
+"""Where rsl_rl's runs go."""
 
 CHECKPOINT = r"model_\d+\.pt"
 """Files that a run writes as it goes."""
@@ -96,13 +99,14 @@ def make_run_dir(parent: Path, *parts: str | None) -> Path:
         folder = folder.with_name(f"{name}-{number}")
 
 
-def discard_if_empty(folder: Path) -> None:
-    """Remove the folder of a run that wrote nothing but what it was to be made of.
+def discard_unused(folder: Path) -> None:
+    """Remove the folder of a run that did not begin (a library may have opened a log) or that wrote nothing.
 
     The folders around it that are empty then go too, up to ``logs``.
     """
     with contextlib.suppress(OSError):
-        if {entry.name for entry in folder.iterdir()} <= {"params"}:
+        names = {entry.name for entry in folder.iterdir()}
+        if "params" not in names or names == {"params"}:
             shutil.rmtree(folder)
             discard_empty_parents(folder)
 
@@ -111,7 +115,7 @@ def discard_empty_parents(folder: Path) -> None:
     """Remove the folders around one that is gone, as far as they are empty, up to ``logs``."""
     with contextlib.suppress(OSError):
         for parent in folder.absolute().parents:
-            if not parent.is_relative_to(LOG_ROOT.parent.absolute()):
+            if not parent.is_relative_to(LOGS.absolute()):
                 break
             parent.rmdir()
 
@@ -239,6 +243,46 @@ def find_checkpoint(
         if not meant:
             raise
         raise FileError(f"no checkpoint '{wanted}'; did you mean {quote(meant)}?") from error
+
+
+def model_file(path: str) -> Path:
+    """An existing checkpoint's path.
+
+    Raises:
+        FileError: there is no such file.
+    """
+    if not Path(path).is_file():
+        raise FileError(f"no checkpoint '{path}'")
+    return Path(path).absolute()
+
+
+def find_model(parent: Path, wanted: str | None, run: str | None, *patterns: str, folder: str = "") -> Path:
+    """The checkpoint that a user means.
+
+    Args:
+        parent: folder of the experiment's runs.
+        wanted: path of a file; a regular expression of file names; None for what matches ``patterns``.
+        run: regular expression of the run's folder name; None for all.
+        *patterns: regular expressions of file names; of the newest run that has any, the first that it has is taken.
+        folder: folder between a run and its checkpoints.
+
+    Raises:
+        FileError: there is none.
+    """
+    if wanted is not None:
+        if Path(wanted).is_file() or Path(wanted).parent != Path("."):
+            return model_file(wanted)
+        patterns = (wanted,)
+    others = [folder] if folder else None
+    any_of_them = "|".join(f"(?:{pattern})" for pattern in patterns)
+    newest = Path(get_checkpoint_path(parent.absolute(), run or ".*", any_of_them, others)).parent
+    newest = newest.parent if folder else newest
+    for pattern in patterns[:-1]:
+        try:
+            return Path(get_checkpoint_path(newest.parent, re.escape(newest.name), pattern, others))
+        except FileError:
+            continue
+    return Path(get_checkpoint_path(newest.parent, re.escape(newest.name), patterns[-1], others))
 
 
 def trained_task(run_dir: Path) -> str | None:

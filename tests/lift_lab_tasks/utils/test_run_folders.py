@@ -7,7 +7,6 @@ import pytest
 
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_tasks.utils import runs
-from lift_lab_tasks.utils.library_runs import find_model
 
 
 @pytest.fixture
@@ -32,13 +31,16 @@ def test_runs_that_start_in_the_same_second_get_a_folder_each(tmp_path, monkeypa
 
 def test_what_wrote_nothing_leaves_no_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    empty, used = runs.new_run_dir(agent("a")), runs.new_run_dir(agent("b"))
+    empty, used, refused = (runs.new_run_dir(agent(name)) for name in "abc")
+    for run in (empty, used):
+        (run / "params").mkdir()
+        (run / "params" / "env.yaml").touch()
     (used / "model_1.pt").touch()
-    (empty / "params").mkdir()
-    (empty / "params" / "env.yaml").touch()
-    runs.discard_if_empty(empty)
-    runs.discard_if_empty(used)
+    (refused / "events.out.tfevents.1").touch()  # skrl opens its log before it looks at its settings
+    for run in (empty, used, refused):
+        runs.discard_unused(run)
     assert not empty.exists()
+    assert not refused.exists()
     assert used.exists()
 
 
@@ -66,10 +68,10 @@ def test_of_the_newest_run_the_best_file_it_has_is_taken(tmp_path):
         for name in names:
             (tmp_path / run / name).touch()
     patterns = (r"model\.zip", r"model_\d+_steps\.zip")
-    assert find_model(tmp_path, None, None, *patterns) == tmp_path / "2026-01-02" / "model_5_steps.zip"
+    assert runs.find_model(tmp_path, None, None, *patterns) == tmp_path / "2026-01-02" / "model_5_steps.zip"
     (tmp_path / "2026-01-02" / "model.zip").touch()
-    assert find_model(tmp_path, None, None, *patterns) == tmp_path / "2026-01-02" / "model.zip"
-    assert find_model(tmp_path, None, "2026-01-01", *patterns) == tmp_path / "2026-01-01" / "model.zip"
+    assert runs.find_model(tmp_path, None, None, *patterns) == tmp_path / "2026-01-02" / "model.zip"
+    assert runs.find_model(tmp_path, None, "2026-01-01", *patterns) == tmp_path / "2026-01-01" / "model.zip"
 
 
 def of_task(folder, task, *files):

@@ -1,4 +1,4 @@
-"""The part of play.py that shows a policy in a browser, live or as a page that plays by itself."""
+"""Show a policy in a browser, live or as a page that plays by itself: ``play --viewer`` and ``--replay``."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ import argparse
 import contextlib
 from collections.abc import Sequence
 from pathlib import Path
-
-from cli_args import check_agent
+from typing import Any
 
 from lift_lab.app import cli, endings
 
-SCRIPTED = ("zero", "random")
-"""Values of --agent that need no checkpoint."""
+from .rsl_rl_library import SCRIPTED, check_agent, make_runner
+
 _MOST_ENVS = 50
 """Environments shown unless told otherwise."""
 
 
-def add_watching_args(parser: argparse.ArgumentParser) -> None:
+def add_watching_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the viewer and the replay."""
     parser.add_argument("--viewer", action="store_true", help="show it live in a browser, on this machine only")
     parser.add_argument("--port", type=int, default=None, help="port of the viewer (default: 8080); 0: any free one")
     parser.add_argument("--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays it")
 
 
-def check_watching_args(parser: cli.Parser, args: argparse.Namespace, video_flags: Sequence[str]) -> None:
+def check_watching_flags(parser: cli.Parser, args: argparse.Namespace, video_flags: Sequence[str]) -> None:
     """End with one line where a flag would say nothing.
 
     Args:
@@ -43,11 +42,6 @@ def check_watching_args(parser: cli.Parser, args: argparse.Namespace, video_flag
             parser.error(f"--agent {args.agent} needs no --{name}")
 
 
-def is_asked(args: argparse.Namespace) -> bool:
-    """Whether :func:`watch` does what the flags ask for."""
-    return args.viewer or args.replay is not None or args.agent in SCRIPTED
-
-
 def watch(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting]) -> int:
     """Show a policy.
 
@@ -60,7 +54,7 @@ def watch(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSe
 
     if args.viewer == (args.replay is not None):
         raise ConfigError("choose one of --viewer and --replay FILE.html (--agent zero and random need one of them)")
-    if args.video:
+    if args.video is not None:
         raise ConfigError("--video films off screen: leave it out with --viewer and --replay")
     require_viser()
     if args.replay is not None:
@@ -79,20 +73,19 @@ def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSet
     import lift_lab_tasks  # noqa: F401
     from lift_lab.utils.errors import ConfigError
     from lift_lab_rl.evaluation import add_success_probe
-    from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.viewer import ViewerSession, record_replay
     from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils import runs, task_kwargs
 
-    check_agent(args, *SCRIPTED)
+    check_agent(args)
     settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, flags)
     settings.resolve(num_envs=min(settings.env.scene.num_envs, _MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
     runs.check_run_names(agent_cfg)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
     checkpoint = (
-        None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, args.load_run, args.task)
+        None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, agent_cfg.load_run, args.task)
     )
     if checkpoint is not None:
         runs.note_other_task(checkpoint, args.task)
@@ -100,11 +93,9 @@ def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSet
         add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()
-    env = RslRlVecEnvWrapper(
-        gym.make(args.task, cfg=env_cfg), clip_actions=None if agent_cfg is None else agent_cfg.clip_actions
-    )
+    made = gym.make(args.task, cfg=env_cfg)
     try:
-        policy = _policy(args, env, agent_cfg, checkpoint)
+        env, policy = _policy(args, made, agent_cfg, checkpoint)
         print(f"policy: {args.agent if checkpoint is None else checkpoint}")
         if server is None:
             size = record_replay(env, policy, args.replay, args.steps or env.unwrapped.max_episode_length)
@@ -116,15 +107,17 @@ def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSet
             session.run(args.steps)
         print(f"{session.steps} steps of {env.num_envs} environments")
     finally:
-        env.close()
+        made.close()
     return 0
 
 
-def _policy(args, env, agent_cfg, checkpoint):
-    from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
+def _policy(args: argparse.Namespace, made: Any, agent_cfg: Any, checkpoint: Path | None) -> tuple[Any, Any]:
+    """The wrapped environment and the policy."""
+    from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
     from lift_lab_rl.viewer import CheckpointPolicy, RandomPolicy, ZeroPolicy
 
     if checkpoint is None:
-        return ZeroPolicy(env) if args.agent == "zero" else RandomPolicy(env)
-    runner = LiftLabRunner(env, to_rsl_rl(agent_cfg, env.get_observations().keys()), None, agent_cfg.device)
-    return CheckpointPolicy(runner, checkpoint, agent_cfg.device)
+        env = RslRlVecEnvWrapper(made)
+        return env, ZeroPolicy(env) if args.agent == "zero" else RandomPolicy(env)
+    env, runner = make_runner(made, agent_cfg)
+    return env, CheckpointPolicy(runner, checkpoint, agent_cfg.device)

@@ -1,0 +1,121 @@
+"""Measure a trained policy: success rate, reward and time to success over whole episodes.
+
+python scripts/rsl_rl/evaluate.py --task TASK [--checkpoint PATH|latest|best|pretrained] --episodes 100 [--json FILE]
+
+The policy acts without noise. Every environment runs whole episodes, and all count alike: see lift_lab_rl.evaluation.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from lift_lab.app import AppLauncher, cli
+
+from .arguments import add_checkpoint_flags, check_checkpoint_flags, positive, split_overrides, task_parser
+from .rsl_rl_library import RslRl, check_agent, make_runner
+
+MOST_ENVS = 1024
+"""Environments that run at once, unless --num_envs says otherwise."""
+
+
+def parse():
+    parser = task_parser(__doc__, "rsl_rl_cfg_entry_point", "logs/rsl_rl")
+    parser.settings |= RslRl.flag_settings
+    add_checkpoint_flags(parser)
+    parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
+    parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
+    parser.add_argument(
+        "--perturb",
+        action="extend",
+        nargs="+",
+        default=[],
+        metavar="NAME=NUMBER",
+        help="change the task: mass=2 and friction=0.5 (factors), pose=1.5 (starts outside the trained range, within "
+        "this factor of it), delay=0.01 (of actions, in s); several act together",
+    )
+    parser.add_argument("--json", type=Path, default=None, help="file for the results")
+    overrides, words = split_overrides(sys.argv[1:])
+    args, overrides = parser.parse([*overrides, *words])
+    check_checkpoint_flags(parser, args)
+    if "standard" in args.perturb:
+        parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
+    return args, overrides, parser.given_settings(args)
+
+
+def main() -> int:
+    args, overrides, flags = parse()
+    launcher = AppLauncher(args)
+
+    import gymnasium as gym
+
+    import lift_lab_tasks  # noqa: F401
+    from lift_lab_rl.counters import load_counters
+    from lift_lab_rl.evaluation import add_success_probe, evaluate
+    from lift_lab_rl.files import check_target, write_atomically
+    from lift_lab_rl.perturbations import perturb_all
+    from lift_lab_rl.threads import use_one_torch_thread
+    from lift_lab_tasks.settings import Settings
+    from lift_lab_tasks.utils import runs, task_kwargs
+
+    check_agent(args)
+    if args.json is not None:
+        check_target(args.json)
+    settings = Settings(args.task, args.agent, overrides, flags)
+    settings.resolve(num_envs=min(args.episodes, MOST_ENVS))
+    env_cfg, agent_cfg = settings.env, settings.agent
+    runs.check_run_names(agent_cfg)
+    perturb_all(env_cfg, args.perturb)
+    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, agent_cfg.load_run, args.task)
+    runs.note_other_task(checkpoint, args.task)
+    add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
+    if env_cfg.sim.device == "cpu":
+        use_one_torch_thread()
+    env = gym.make(args.task, cfg=env_cfg)
+    try:
+        wrapped, runner = make_runner(env, agent_cfg)
+        infos = runner.load_policy(str(checkpoint))
+        # Again from the start, now with the curriculum where the checkpoint left it: also if it is driven by success,
+        # for which the reset is one of episodes that all failed.
+        wrapped.seed(env_cfg.seed)
+        wrapped.reset()
+        load_counters(env.unwrapped, infos.get("env_state", {}))
+        result = evaluate(wrapped, runner.get_inference_policy(device=agent_cfg.device), args.episodes)
+    finally:
+        env.close()
+        launcher.app.close()
+    summary = result.summary()
+    show(" ".join([args.task, *args.perturb]), checkpoint, summary)
+    if args.json is not None:
+        content = {"task": args.task, "checkpoint": str(checkpoint), "seed": env_cfg.seed, "perturb": args.perturb}
+        content |= summary
+        write_atomically(args.json, (json.dumps(content, indent=2) + "\n").encode())
+        print(f"written: {args.json}")
+    return 0
+
+
+def show(task: str, checkpoint: Path, summary: dict) -> None:
+    """Print the results as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("measure", "value", title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
+    for count, rate in summary["success"].items():
+        low, high = summary["success_interval"][count]
+        text = f"{round(rate * int(count))} of {count} ({rate:.1%}, 95 % interval {low:.1%} to {high:.1%})"
+        table.add_row(f"success, first {count} episodes", text)
+    table.add_row("reward, mean ± deviation", f"{summary['reward_mean']:.2f} ± {summary['reward_std']:.2f}")
+    table.add_row("reward, least / most", f"{summary['reward_min']:.2f} / {summary['reward_max']:.2f}")
+    seconds = summary["time_to_success_s"]
+    table.add_row("time to success, mean", "-" if seconds is None else f"{seconds:.2f} s")
+    table.add_row("episode length, mean", f"{summary['length_mean']:.1f} steps")
+    table.add_row("episodes ended by", ", ".join(f"{name} {count}" for name, count in summary["ends"].items()))
+    for key, value in summary["logs"].items():
+        if key.startswith("Metrics/") and not key.startswith("Metrics/physics/"):
+            table.add_row(key.removeprefix("Metrics/"), f"{value:.4g}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    cli.run(main)

@@ -1,0 +1,280 @@
+"""What ``train`` and ``play`` need of a learning library: a new library is one subclass of :class:`Library`.
+
+The programs do what all libraries share: flags, settings, seed, run folder, films, the files in ``params``, signals and
+closing lines.
+"""
+
+from __future__ import annotations
+
+import abc
+import argparse
+import dataclasses
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from lift_lab.app.cli import Parser
+from lift_lab.app.endings import number_of
+
+from .arguments import positive
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from lift_lab_rl.distributed import Place
+    from lift_lab_tasks.settings import Settings
+
+LIBRARIES = {
+    "rsl_rl": "lift_lab_cli.rsl_rl_library:RslRl",
+    "sb3": "lift_lab_cli.sb3_library:Sb3",
+    "skrl": "lift_lab_cli.skrl_library:Skrl",
+}
+"""Libraries by name."""
+
+
+@dataclasses.dataclass
+class Run:
+    """One training, as the program has prepared it."""
+
+    args: argparse.Namespace
+    settings: Settings
+    folder: Path
+    """Folder of the run."""
+    checkpoint: Path | None
+    """What :meth:`Library.find_start` returned."""
+    fingerprint: Any
+    """Everything in the settings that a result depends on."""
+    place: Place
+    """This process's place among those of the training."""
+    console: Console
+
+
+class Training(abc.ABC):
+    """A training that is ready to run."""
+
+    def begin(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
+        """Load a checkpoint, or whatever else comes before the first step.
+
+        Args:
+            say: shows a line to the user.
+        """
+
+    @abc.abstractmethod
+    def learn(self) -> int | None:
+        """Train. Returns the number of the signal that ended the training early; None if it is done."""
+
+    @abc.abstractmethod
+    def finish(self) -> str:
+        """Save the policy. Returns how far the training came, and the file: ``after 3 iterations: model_3.pt``."""
+
+
+class Player(abc.ABC):
+    """A policy and the environment that it acts in."""
+
+    def begin(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
+        """Export the policy, or whatever else comes before the first step.
+
+        Args:
+            say: shows a line to the user.
+        """
+
+    @abc.abstractmethod
+    def step(self) -> tuple[float, int]:
+        """Act once. Returns the environments' mean reward, and how many episodes ended."""
+
+    def end(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
+        """Tell what the library knows of the episodes that ended.
+
+        Args:
+            say: shows a line to the user.
+        """
+
+
+class Library(abc.ABC):
+    """A learning library. What is not abstract fits a library whose configuration is a dictionary (a YAML file)."""
+
+    name: ClassVar[str]
+    """Short name: of the extra that installs it, of ``logs/NAME``, and of the key ``NAME_cfg_entry_point``."""
+    title: ClassVar[str]
+    """Its name for users."""
+    package: ClassVar[str]
+    """Python package that it needs."""
+    training_help: ClassVar[str]
+    playing_help: ClassVar[str]
+    flag_settings: ClassVar[dict[str, tuple[str, ...]]] = {}
+    """Entries of the agent's configuration that flags set, by the flag's name without dashes."""
+    final_model: ClassVar[tuple[str, str]]
+    """Regular expression of the file that ``play`` takes, and its name for users."""
+    numbered_model: ClassVar[tuple[str, str]]
+    """The same of the files that are saved on the way."""
+    continues_runs: ClassVar[bool] = False
+    """Whether a checkpoint is one of a run that goes on, so that the new run's folder names it."""
+    models_folder: ClassVar[str] = ""
+    """Folder of these files below that of the run."""
+
+    # -- flags
+
+    def add_training_flags(self, parser: Parser) -> None:
+        """Add the flags of this library's trainings."""
+        parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts")
+        parser.add_argument("--checkpoint", type=str, default=None, help="model to start from: path")
+        _add_trust(parser)
+
+    def check_training_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        """End with one line where flags do not go together."""
+        if args.trust and args.checkpoint is None:
+            parser.error("--trust says how a checkpoint is read: add --checkpoint")
+
+    def add_playing_flags(self, parser: Parser) -> None:
+        """Add the flags that say which policy is played."""
+        numbered, final = self.numbered_model[1], self.final_model[1]
+        parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
+        parser.add_argument(
+            "--load_run", type=str, default=None, help="regular expression of the run (default: newest)"
+        )
+        parser.add_argument("--use_last_checkpoint", action="store_true", help=f"the last {numbered}, not {final}")
+        _add_trust(parser)
+
+    def check_playing_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        """End with one line where flags do not go together."""
+        if args.use_last_checkpoint and args.checkpoint is not None:
+            parser.error("--use_last_checkpoint and --checkpoint both name the model: give one")
+
+    # -- settings
+
+    def check_agent(self, args: argparse.Namespace) -> None:  # noqa: B027 - any key may be a dictionary's
+        """Check that ``--agent`` is a key of this library's configurations."""
+
+    def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
+        """Resolve the settings, with those that only this library has.
+
+        Args:
+            settings: settings as composed.
+            args: flags.
+            training: whether a policy is trained, not played.
+            place: this process's place among those of the training.
+
+        Raises:
+            ConfigError: a setting is wrong.
+        """
+        from lift_lab.utils.errors import ConfigError
+        from lift_lab_tasks.utils.runs import check_run_names
+
+        if not isinstance(settings.agent, dict):
+            kind = type(settings.agent).__name__
+            raise ConfigError(f"--agent {args.agent} is a {kind}: this library reads dictionaries")
+        self.check_numbers(settings.agent)
+        settings.resolve(training)
+        if training and args.max_iterations is not None:
+            settings.set("--max_iterations", *self.length(settings, args.max_iterations))
+        check_run_names(args)
+
+    def check_numbers(self, cfg: dict[str, Any]) -> None:  # noqa: B027 - a library may check them itself
+        """Check the numbers of the agent's configuration.
+
+        Raises:
+            ConfigError: a number is NaN or outside of its range; names it.
+        """
+
+    def length(self, settings: Settings, iterations: int) -> tuple[str, Any]:
+        """Entry of the configuration that says how long a training is, and its value for some iterations."""
+        return "agent.max_iterations", iterations
+
+    # -- runs
+
+    def experiment(self, settings: Settings, args: argparse.Namespace) -> Path:
+        """Folder of the runs."""
+        from lift_lab_tasks.utils.runs import LOGS, pretrained_name
+
+        return LOGS / self.name / (args.experiment_name or pretrained_name(settings.task))
+
+    def new_folder(self, settings: Settings, args: argparse.Namespace) -> Path:
+        """Make the folder of a run that starts now."""
+        from lift_lab_tasks.utils.runs import make_run_dir
+
+        return make_run_dir(self.experiment(settings, args), args.run_name)
+
+    def find_start(self, settings: Settings, args: argparse.Namespace, place: Place) -> Path | None:
+        """The checkpoint that a training starts from; None without one.
+
+        Raises:
+            LiftLabError: there is no such checkpoint, or it cannot be read.
+        """
+        from lift_lab_tasks.utils.runs import model_file
+
+        if not args.checkpoint:
+            return None
+        path = model_file(args.checkpoint)
+        self.check_model(path, args.trust)
+        return path
+
+    def check_model(self, path: Path, trust: bool) -> None:  # noqa: B027 - a library may check it later
+        """Check that a model can be read, before anything is written.
+
+        Args:
+            path: the file.
+            trust: whether code in it may run.
+        """
+
+    @abc.abstractmethod
+    def training(self, env: Any, run: Run) -> Training:
+        """A training in an environment, which this library wraps."""
+
+    def find_policy(self, settings: Settings, args: argparse.Namespace) -> Path:
+        """The checkpoint that is played.
+
+        Raises:
+            FileError: there is none.
+        """
+        from lift_lab_tasks.utils.runs import find_model
+
+        patterns = (
+            [self.numbered_model[0]] if args.use_last_checkpoint else [self.final_model[0], self.numbered_model[0]]
+        )
+        folder = self.experiment(settings, args)
+        return find_model(folder, args.checkpoint, args.load_run, *patterns, folder=self.models_folder)
+
+    def output_folder(self, settings: Settings, checkpoint: Path) -> Path:
+        """Where what belongs to a checkpoint is written: the run's folder."""
+        return checkpoint.parents[1] if self.models_folder else checkpoint.parent
+
+    @abc.abstractmethod
+    def player(self, env: Any, settings: Settings, args: argparse.Namespace, checkpoint: Path) -> Player:
+        """A policy in an environment, which this library wraps."""
+
+    def show(self, args: argparse.Namespace, overrides: list[str], parser: Parser) -> int | None:
+        """Show a policy in another way than playing it; the exit status, or None if the flags ask for no other way."""
+        return None
+
+
+def find_library(name: str) -> Library:
+    """A library by its name, or by ``module:Class``.
+
+    Raises:
+        NotFoundError: there is no such library.
+    """
+    from lift_lab.utils.errors import NotFoundError, suggest
+
+    module, _, kind = LIBRARIES.get(name, name).partition(":")
+    try:
+        return getattr(importlib.import_module(module), kind)()
+    except (ModuleNotFoundError, AttributeError, ValueError) as error:
+        if isinstance(error, ModuleNotFoundError) and error.name not in (module, module.partition(".")[0]):
+            raise
+        raise NotFoundError(f"no library '{name}': {suggest(name, LIBRARIES)}, or module:Class") from error
+
+
+def until_interrupted(train: Callable[[], Any]) -> int | None:
+    """Train until it is done, or until Ctrl-C, SIGTERM or a lost terminal ends it; the signal's number, or None."""
+    try:
+        train()
+    except KeyboardInterrupt as interrupt:
+        return number_of(interrupt)
+    return None
+
+
+def _add_trust(parser: Parser) -> None:
+    parser.add_argument(
+        "--trust", action="store_true", help="read a checkpoint that holds pickled objects: this runs code in the file"
+    )

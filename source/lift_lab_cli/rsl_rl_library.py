@@ -1,0 +1,256 @@
+"""rsl_rl's PPO as ``train`` and ``play`` use it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lift_lab.app.cli import Parser
+
+from .arguments import add_checkpoint_flags, check_checkpoint_flags, given_video_flags, positive
+from .library import Library, Player, Run, Training
+
+if TYPE_CHECKING:
+    from lift_lab_rl.distributed import Place
+    from lift_lab_tasks.settings import Settings
+
+SCRIPTED = ("zero", "random")
+"""Values of --agent that need no checkpoint."""
+
+
+class RslRl(Library):
+    """rsl_rl's PPO. Its configuration is a class.
+
+    ``train`` writes ``logs/rsl_rl/<experiment>/<time>[_name]/`` with ``model_N.pt`` (after N iterations),
+    ``model_best.pt``, TensorBoard's event files, and ``params/`` with the configurations. Ctrl-C, SIGTERM and a lost
+    terminal finish the iteration, save and end with status 128 plus the signal's number. ``--resume`` continues a run;
+    ``max_iterations`` counts the iterations of both. Several processes:
+    ``torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distributed ...`` (docs/scaling.md).
+
+    ``play`` takes the newest checkpoint of the newest run unless told otherwise. It writes ``exported/policy.pt``
+    (TorchScript) and ``exported/policy.onnx`` beside it, both checked against the policy.
+    """
+
+    name, title, package = "rsl_rl", "rsl_rl's PPO", "rsl_rl"
+    training_help = "Train a policy with rsl_rl's PPO."
+    playing_help = "Run a trained policy, and export it."
+    continues_runs = True
+    flag_settings = {
+        name: (f"agent.{name}",) for name in ("experiment_name", "run_name", "max_iterations", "load_run", "logger")
+    }
+
+    def add_training_flags(self, parser: Parser) -> None:
+        parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of the whole run")
+        parser.add_argument("--resume", action="store_true", help="continue an earlier run (default: the newest)")
+        parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run to continue")
+        parser.add_argument(
+            "--checkpoint", type=str, default=None, help="checkpoint to continue: path, latest, best or file name"
+        )
+        loggers = ["tensorboard", "wandb", "neptune"]
+        parser.add_argument("--logger", choices=loggers, default=None, help="where curves go")
+        parser.add_argument("--log_project_name", type=str, default=None, help="project name for wandb")
+        parser.add_argument(
+            "--distributed", action="store_true", help="share the gradients with the other processes of torchrun"
+        )
+
+    def check_training_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        pass
+
+    def add_playing_flags(self, parser: Parser) -> None:
+        from .watch import add_watching_flags
+
+        add_checkpoint_flags(parser)
+        add_watching_flags(parser)
+
+    def check_playing_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        from .watch import check_watching_flags
+
+        check_checkpoint_flags(parser, args)
+        check_watching_flags(parser, args, given_video_flags(args))
+
+    # -- settings
+
+    def check_agent(self, args: argparse.Namespace) -> None:
+        check_agent(args)
+
+    def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
+        from lift_lab.utils.errors import ConfigError
+        from lift_lab_rl.rsl_rl.wandb_writer import require_logger
+        from lift_lab_tasks.utils.runs import check_run_names
+
+        agent = settings.agent
+        if training:
+            require_logger(agent.logger)
+            if args.log_project_name is not None:
+                if agent.logger == "tensorboard":
+                    raise ConfigError("--log_project_name needs --logger wandb")
+                settings.set("--log_project_name", f"agent.{agent.logger}_project", args.log_project_name)
+        if place.is_distributed:
+            for cfg in (settings.env.sim, agent):
+                cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
+        settings.resolve(training)
+        check_run_names(agent)
+        settings.env.sim.device, agent.device = place.device(settings.env.sim.device), place.device(agent.device)
+
+    # -- runs
+
+    def new_folder(self, settings: Settings, args: argparse.Namespace) -> Path:
+        from lift_lab_tasks.utils.runs import new_run_dir
+
+        return new_run_dir(settings.agent)
+
+    def find_start(self, settings: Settings, args: argparse.Namespace, place: Place) -> Path | None:
+        from lift_lab.utils.errors import ConfigError
+        from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
+        from lift_lab_tasks.utils.runs import find_checkpoint
+
+        def warn(text: str) -> None:
+            if place.is_main:
+                print(text, file=sys.stderr)
+
+        agent = settings.agent
+        if not (args.resume or agent.resume):
+            if args.checkpoint or args.load_run:
+                raise ConfigError("--checkpoint and --load_run continue a run: add --resume")
+            return None
+        wanted = args.checkpoint or agent.load_checkpoint
+        checkpoint = find_checkpoint(agent, wanted, agent.load_run, settings.task, True, warn)
+        done = checkpoint_iteration(checkpoint)
+        if done >= agent.max_iterations:
+            raise ConfigError(
+                f"'{checkpoint}' has finished {done} of {agent.max_iterations} iterations; "
+                f"ask for more with --max_iterations"
+            )
+        return checkpoint
+
+    def training(self, env: Any, run: Run) -> Training:
+        return _Training(env, run)
+
+    def find_policy(self, settings: Settings, args: argparse.Namespace) -> Path:
+        from lift_lab_tasks.utils.runs import find_checkpoint, note_other_task
+
+        checkpoint = find_checkpoint(settings.agent, args.checkpoint, settings.agent.load_run, settings.task)
+        note_other_task(checkpoint, settings.task)
+        return checkpoint
+
+    def output_folder(self, settings: Settings, checkpoint: Path) -> Path:
+        from lift_lab_tasks.utils.runs import output_dir
+
+        return output_dir(settings.agent, checkpoint)
+
+    def player(self, env: Any, settings: Settings, args: argparse.Namespace, checkpoint: Path) -> Player:
+        return _Player(env, settings, checkpoint, self.output_folder(settings, checkpoint) / "exported")
+
+    def show(self, args: argparse.Namespace, overrides: list[str], parser: Parser) -> int | None:
+        if args.viewer or args.replay is not None or args.agent in SCRIPTED:
+            from .watch import watch
+
+            return watch(args, overrides, parser.given_settings(args))
+        return None
+
+
+def check_agent(args: argparse.Namespace) -> None:
+    """Check that rsl_rl can use the agent's configuration.
+
+    Args:
+        args: flags ``task`` and ``agent``; with ``replay``, which is ``play``'s, scripted agents count, too.
+
+    Raises:
+        NotFoundError: no such task, or the agent is none of its agents for rsl_rl.
+    """
+    from lift_lab.utils.errors import NotFoundError, suggest
+    from lift_lab_tasks.utils import task_kwargs
+    from lift_lab_tasks.utils.parse_cfg import ENV_CFG
+
+    entries = task_kwargs(args.task)
+    other = [key for key, entry in entries.items() if key == ENV_CFG or str(entry).endswith(".yaml")]
+    usable = [key for key in entries if key.endswith("_entry_point") and key not in other]
+    usable += SCRIPTED if hasattr(args, "replay") else ()
+    if args.agent not in usable:
+        raise NotFoundError(f"task '{args.task}' has no '{args.agent}' for rsl_rl; {suggest(args.agent, usable)}")
+
+
+def make_runner(env: Any, agent: Any, *more: Any) -> tuple[Any, Any]:
+    """The environment in rsl_rl's wrapper, and a runner of it.
+
+    Args:
+        env: the environment.
+        agent: the agent's configuration.
+        *more: further arguments of :class:`~lift_lab_rl.rsl_rl.LiftLabRunner`: folder, device, ...
+    """
+    from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
+
+    wrapped = RslRlVecEnvWrapper(env, clip_actions=agent.clip_actions)
+    folder, *others = more or (None,)
+    cfg = to_rsl_rl(agent, wrapped.get_observations().keys())
+    return wrapped, LiftLabRunner(wrapped, cfg, folder, agent.device, *others)
+
+
+class _Training(Training):
+    def __init__(self, env: Any, run: Run):
+        self.run = run
+        _, self.runner = make_runner(env, run.settings.agent, run.folder, run.fingerprint, run.place)
+
+    def begin(self, say: Callable[[str], None]) -> None:
+        from lift_lab_tasks.utils.runs import note_annealing, note_other_task
+
+        checkpoint, settings = self.run.checkpoint, self.run.settings
+        note_annealing(settings.agent, settings.given, say)
+        if checkpoint is not None:
+            note_other_task(checkpoint, settings.task, say)
+            self.runner.load(str(checkpoint))
+            say(f"resuming {checkpoint}: {self.runner.load_resume_state(checkpoint)}")
+
+    def learn(self) -> int | None:
+        from lift_lab_rl.rsl_rl.progress import Progress
+
+        run, runner = self.run, self.runner
+        title = f"{run.settings.task} {run.folder.name}"
+        progress = Progress(title, run.console) if run.place.is_main else None
+        left = run.settings.agent.max_iterations - runner.current_learning_iteration
+        runner.learn(left, init_at_random_ep_len=True, progress=progress)
+        return runner.stopped_by
+
+    def finish(self) -> str:
+        done = self.runner.current_learning_iteration
+        return f"after {done} iterations: {self.run.folder / f'model_{done}.pt'}"
+
+
+class _Player(Player):
+    def __init__(self, env: Any, settings: Settings, checkpoint: Path, exported: Path):
+        self.env, self.runner = make_runner(env, settings.agent)
+        self.runner.load_policy(str(checkpoint))
+        self.policy = self.runner.get_inference_policy(device=settings.agent.device)
+        self.exported = exported
+        self.logs: dict[str, list[tuple[float, int]]] = {}
+
+    def begin(self, say: Callable[[str], None]) -> None:
+        from lift_lab_rl.rsl_rl import export_policy_as_jit, export_policy_as_onnx
+
+        network = self.runner.alg.get_policy()
+        say(f"exported: {export_policy_as_jit(network, None, self.exported)}")
+        say(f"exported: {export_policy_as_onnx(network, self.exported)}")
+        self.obs, _ = self.env.reset()
+
+    def step(self) -> tuple[float, int]:
+        import torch
+
+        from lift_lab_rl.nonfinite import check_step
+
+        with torch.inference_mode():
+            self.obs, rewards, dones, extras = self.env.step(self.policy(self.obs).to(self.env.device))
+            check_step(self.env, self.obs, rewards, extras)
+            self.policy.reset(dones)
+        ended = int(dones.sum())
+        if ended:
+            for key, value in extras["log"].items():
+                self.logs.setdefault(key, []).append((float(value), ended))
+        return float(rewards.mean()), ended
+
+    def end(self, say: Callable[[str], None]) -> None:
+        for key, values in self.logs.items():
+            mean = sum(value * weight for value, weight in values) / sum(weight for _, weight in values)
+            say(f"{key}: {mean:.4f}")
