@@ -19,21 +19,20 @@ import pytest
 SOURCE = Path(__file__).resolve().parents[1] / "source"
 
 LAYERS = [
-    {"lift_lab.drawing", "lift_lab.utils"},
+    {"lift_lab.drawing", "lift_lab.isaac.finder", "lift_lab.isaac.table", "lift_lab.utils"},
     {"lift_lab.usd"},
     {"lift_lab.sim"},
     {
         "lift_lab.actuators",
         "lift_lab.assets",
         "lift_lab.controllers",
-        "lift_lab.devices",
         "lift_lab.markers",
         "lift_lab.sensors",
         "lift_lab.terrains",
         "lift_lab.visualizers",
     },
     {"lift_lab.scene"},
-    {"lift_lab.managers"},
+    {"lift_lab.isaac", "lift_lab.managers"},
     {"lift_lab.envs"},
     {"lift_lab_assets", "lift_lab_rl", "lift_lab.app"},
     {"lift_lab_tasks"},

@@ -1,1 +1,5 @@
 """lift_lab"""
+
+from .isaac import finder as _finder
+
+_finder.install()

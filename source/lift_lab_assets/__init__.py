@@ -9,4 +9,4 @@ LIFT_LAB_ASSETS_USD_DIR = str(ASSETS_USD_DIR)
 """Folder of the USD files that ship: `franka_panda.usda`, `cube.usda`, `table.usda`, `cartpole.usda`,
 `cabinet.usda`."""
 
-from .robots import *  # noqa: E402, F403
+from .robots import *  # noqa: E402

@@ -160,8 +160,9 @@ def test_a_config_of_what_is_missing_holds_data_and_its_object_says_so(make, mes
 
 
 def test_what_only_isaac_labs_spawners_and_terrains_make_says_so_when_it_is_spawned():
-    import lift_lab.sim as sim_utils
     from lift_lab.terrains.config.rough import ROUGH_TERRAINS_CFG
+
+    import lift_lab.sim as sim_utils
 
     urdf = sim_utils.UrdfFileCfg(asset_path="arm.urdf", fix_base=True)
     mjcf = sim_utils.MjcfFileCfg(asset_path="arm.xml", fix_base=True)
@@ -224,8 +225,9 @@ def test_a_terrain_pose_command_and_a_surface_gripper_action_say_what_is_missing
 
 
 def test_a_retargeter_and_an_unknown_device_say_so():
-    from lift_lab.devices import create_teleop_device
     from lift_lab.devices.openxr.retargeters import GripperRetargeterCfg
+
+    from lift_lab.devices import create_teleop_device
 
     cfg = GripperRetargeterCfg()
     with pytest.raises(LiftLabError, match="GripperRetargeter: retargeting"):
@@ -250,6 +252,7 @@ def test_a_generated_terrain_is_data_and_a_scene_refuses_it():
 
 def test_cameras_are_removed_from_a_config_with_the_terms_that_read_them():
     from lift_lab.devices.openxr import remove_camera_configs
+
     from lift_lab.managers import ObservationGroupCfg, ObservationTermCfg, SceneEntityCfg
     from lift_lab.scene import InteractiveSceneCfg
     from lift_lab.utils import configclass

@@ -1,27 +1,16 @@
 """Assets of a scene: articulations, rigid objects and static things."""
 
-from .articulation import Articulation, ArticulationCfg, ArticulationData
+from typing import TYPE_CHECKING
+
+from lift_lab.isaac.finder import attributes_of
+
+from .articulation import *
 from .asset_base import AssetBase
 from .asset_base_cfg import AssetBaseCfg
-from .deformable_object import DeformableObject, DeformableObjectCfg, DeformableObjectData
-from .rigid_object import RigidObject, RigidObjectCfg, RigidObjectData
-from .rigid_object_collection import RigidObjectCollection, RigidObjectCollectionCfg
-from .surface_gripper import SurfaceGripper, SurfaceGripperCfg
+from .deformable_object import *
+from .rigid_object import *
 
-__all__ = [
-    "Articulation",
-    "ArticulationCfg",
-    "ArticulationData",
-    "AssetBase",
-    "AssetBaseCfg",
-    "DeformableObject",
-    "DeformableObjectCfg",
-    "DeformableObjectData",
-    "RigidObject",
-    "RigidObjectCfg",
-    "RigidObjectCollection",
-    "RigidObjectCollectionCfg",
-    "RigidObjectData",
-    "SurfaceGripper",
-    "SurfaceGripperCfg",
-]
+if TYPE_CHECKING:
+    from ..isaac.assets import *
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

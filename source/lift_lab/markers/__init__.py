@@ -1,4 +1,4 @@
 """Visualisation markers."""
 
-from .config import *  # noqa: F403
+from .config import *
 from .visualization_markers import VisualizationMarkers, VisualizationMarkersCfg

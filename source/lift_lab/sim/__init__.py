@@ -4,7 +4,7 @@ Import as Isaac Lab users do: ``import lift_lab.sim as sim_utils``.
 """
 
 from .ignored import note_ignored
-from .schemas import *  # noqa: F403
+from .schemas import *
 from .simulation_cfg import MujocoCfg, PhysxCfg, RenderCfg, SimulationCfg
 from .simulation_context import SimulationContext
-from .spawners import *  # noqa: F403
+from .spawners import *

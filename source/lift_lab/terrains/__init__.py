@@ -1,8 +1,13 @@
-"""Terrains: planes are simulated, generated terrains are configs only."""
+"""Terrains: planes are simulated."""
 
-from .height_field import *  # noqa: F403
-from .sub_terrain_cfg import FlatPatchSamplingCfg, SubTerrainBaseCfg
-from .terrain_generator_cfg import TerrainGeneratorCfg
+from typing import TYPE_CHECKING
+
+from lift_lab.isaac.finder import attributes_of
+
 from .terrain_importer import TerrainImporter
 from .terrain_importer_cfg import TerrainImporterCfg
-from .trimesh import *  # noqa: F403
+
+if TYPE_CHECKING:
+    from ..isaac.terrains import *
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

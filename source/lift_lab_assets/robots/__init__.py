@@ -1,4 +1,4 @@
 """One module a robot."""
 
-from .cartpole import *  # noqa: F403
-from .franka import *  # noqa: F403
+from .cartpole import *
+from .franka import *

@@ -4,6 +4,10 @@ A term is a function ``(env, **params)`` (events and curricula: ``(env, env_ids,
 call. A config names it; a manager calls it.
 """
 
+from typing import TYPE_CHECKING
+
+from lift_lab.isaac.finder import attributes_of
+
 from .actions import *
 from .commands import *
 from .curriculums import *
@@ -12,14 +16,8 @@ from .observations import *
 from .recorders import *
 from .rewards import *
 from .terminations import *
-from .unsupported import (
-    body_incoming_wrench,
-    height_scan,
-    image,
-    image_features,
-    randomize_fixed_tendon_parameters,
-    randomize_rigid_body_scale,
-    randomize_visual_color,
-    randomize_visual_texture_material,
-    reset_root_state_from_terrain,
-)
+
+if TYPE_CHECKING:
+    from ...isaac.mdp import *
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

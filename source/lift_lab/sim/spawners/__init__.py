@@ -1,10 +1,17 @@
 """Spawners: configs that become a MjSpec, by loading or authoring USD."""
 
-from .from_files import *  # noqa: F403
-from .lights import *  # noqa: F403
-from .materials import *  # noqa: F403
-from .meshes import *  # noqa: F403
-from .sensors import *  # noqa: F403
-from .shapes import *  # noqa: F403
+from typing import TYPE_CHECKING
+
+from lift_lab.isaac.finder import attributes_of
+
+from .from_files import *
+from .lights import *
+from .materials import *
+from .meshes import *
+from .shapes import *
 from .spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, Spawned, SpawnerCfg
-from .wrappers import *  # noqa: F403
+
+if TYPE_CHECKING:
+    from ...isaac.spawners import *
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

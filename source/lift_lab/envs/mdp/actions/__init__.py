@@ -1,5 +1,9 @@
 """Action terms: how the policy's numbers become targets of joints."""
 
+from typing import TYPE_CHECKING
+
+from lift_lab.isaac.finder import attributes_of
+
 from .actions_cfg import (
     AbsBinaryJointPositionActionCfg,
     BinaryJointActionCfg,
@@ -15,7 +19,6 @@ from .actions_cfg import (
     NonHolonomicActionCfg,
     OperationalSpaceControllerActionCfg,
     RelativeJointPositionActionCfg,
-    SurfaceGripperBinaryActionCfg,
 )
 from .binary_joint_actions import (
     AbsBinaryJointPositionAction,
@@ -32,5 +35,9 @@ from .joint_actions import (
 )
 from .joint_actions_to_limits import EMAJointPositionToLimitsAction, JointPositionToLimitsAction
 from .non_holonomic_actions import NonHolonomicAction
-from .surface_gripper_actions import SurfaceGripperBinaryAction
 from .task_space_actions import DifferentialInverseKinematicsAction, OperationalSpaceControllerAction
+
+if TYPE_CHECKING:
+    from ....isaac.mdp import SurfaceGripperBinaryAction, SurfaceGripperBinaryActionCfg
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

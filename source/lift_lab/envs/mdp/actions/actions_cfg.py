@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import MISSING
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lift_lab.controllers import DifferentialIKControllerCfg, OperationalSpaceControllerCfg
+from lift_lab.isaac.finder import attributes_of
 from lift_lab.managers import ActionTermCfg
 from lift_lab.utils import configclass
 from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, Ranges
@@ -15,7 +16,6 @@ from . import (
     joint_actions,
     joint_actions_to_limits,
     non_holonomic_actions,
-    surface_gripper_actions,
     task_space_actions,
 )
 
@@ -268,15 +268,7 @@ class OperationalSpaceControllerActionCfg(ActionTermCfg):
     }
 
 
-@configclass
-class SurfaceGripperBinaryActionCfg(ActionTermCfg):
-    """Config of a surface gripper's action (data only)."""
-
-    class_type: type = surface_gripper_actions.SurfaceGripperBinaryAction
-
-    open_command: float = -1.0
-    """What opens the gripper."""
-    close_command: float = 1.0
-    """What closes it."""
-
-    _ranges: ClassVar[Ranges] = {"open_command close_command": FINITE}
+if TYPE_CHECKING:
+    from ....isaac.mdp import SurfaceGripperBinaryActionCfg as SurfaceGripperBinaryActionCfg
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

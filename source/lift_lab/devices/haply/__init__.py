@@ -1,8 +1,0 @@
-"""Haply devices: configs only."""
-
-from .se3_haply import HaplyDevice, HaplyDeviceCfg
-
-__all__ = [
-    "HaplyDevice",
-    "HaplyDeviceCfg",
-]

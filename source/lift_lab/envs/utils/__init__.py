@@ -1,1 +1,0 @@
-"""Isaac Lab's module path of helpers of environments."""

@@ -1,1 +1,0 @@
-"""Terrain configs with values."""
