@@ -54,6 +54,11 @@ class AssetBase(Entity):
         return {}
 
     @property
+    def physics(self) -> Physics:
+        """The engine that simulates the asset."""
+        return self._physics
+
+    @property
     def device(self) -> str:
         """Torch device of the asset's tensors."""
         return str(self._physics.device)
@@ -198,26 +203,35 @@ class AssetBase(Entity):
         raise ConfigError(f"'{self.name}'.{method}: values of shape {tuple(values.shape)} do not fit {wanted}")
 
     def _numbers(self, values: Values, method: str, wanted: tuple[int, ...]) -> torch.Tensor:
-        """Values as a float32 tensor on the device, whatever their own type; ``wanted`` is for the message.
-
-        Raises:
-            ConfigError: no real numbers.
-        """
-        if not isinstance(values, torch.Tensor):
-            try:
-                values = torch.as_tensor(values)
-            except (TypeError, ValueError, RuntimeError) as error:
-                raise ConfigError(
-                    f"'{self.name}'.{method}: expected numbers that fit shape {wanted}, got {values!r}"
-                ) from error
-        if values.dtype == torch.float32 and values.device == self._physics.device:
-            return values
-        if values.dtype == torch.bool or values.is_complex():
-            raise ConfigError(f"'{self.name}'.{method}: expected real numbers, got {values.dtype}")
-        return values.to(device=self._physics.device, dtype=torch.float32)
+        """Values as :func:`as_numbers` has them."""
+        return as_numbers(values, self._physics.device, wanted, f"'{self.name}'.{method}")
 
     def _count(self, env_ids: torch.Tensor | None) -> int:
         return self.num_instances if env_ids is None else len(env_ids)
+
+
+def as_numbers(values: Values, device: torch.device, wanted: tuple[int, ...], what: str) -> torch.Tensor:
+    """Values as a float32 tensor on a device, whatever their own type.
+
+    Args:
+        values: a tensor, or what makes one.
+        device: of the result.
+        wanted: the shape that they should fit, for the message.
+        what: how the message calls them.
+
+    Raises:
+        ConfigError: no real numbers.
+    """
+    if not isinstance(values, torch.Tensor):
+        try:
+            values = torch.as_tensor(values)
+        except (TypeError, ValueError, RuntimeError) as error:
+            raise ConfigError(f"{what}: expected numbers that fit shape {wanted}, got {values!r}") from error
+    if values.dtype == torch.float32 and values.device == device:
+        return values
+    if values.dtype == torch.bool or values.is_complex():
+        raise ConfigError(f"{what}: expected real numbers, got {values.dtype}")
+    return values.to(device=device, dtype=torch.float32)
 
 
 def as_list(ids: Sequence[int] | torch.Tensor | slice | None, count: int) -> list[int]:

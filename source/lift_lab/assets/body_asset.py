@@ -29,6 +29,21 @@ class BodyAsset(AssetBase):
     _data: BodyData
 
     @property
+    def data(self) -> BodyData:
+        """The asset's state."""
+        return self._data
+
+    @property
+    def engine_body_ids(self) -> list[int]:
+        """Ids of the bodies in the compiled model."""
+        return self._ids
+
+    @property
+    def engine_geom_ids(self) -> list[int]:
+        """Ids of the bodies' geoms in the compiled model, body by body."""
+        return self._geom_ids
+
+    @property
     def num_bodies(self) -> int:
         """Number of bodies."""
         return len(self.body_names)
@@ -262,8 +277,8 @@ class BodyAsset(AssetBase):
         qvel, ang = vel_w, vel_w[:, 3:]
         if self._physics.device.type != "cpu" or bool(ang.any()):  # on a GPU the question would cost more than it saves
             lin = vel_w[:, :3]
-            if at_com and not self._data._root_com_is_origin:
-                com_b = self._data._com_b[:, 0]
+            if at_com and not self.data.root_com_is_origin:
+                com_b = self.data.body_com_pos_b[:, 0]
                 arm_w = math_utils.quat_apply(quat, com_b if ids is None else com_b[ids])
                 lin = lin - torch.linalg.cross(ang, arm_w)
             qvel = torch.cat((lin, math_utils.quat_apply_inverse(quat, ang)), dim=-1)
@@ -335,12 +350,9 @@ class BodyAsset(AssetBase):
 
     # -- model fields of each environment
 
-    def _model_field(self, name: str) -> torch.Tensor:
-        return self._physics.randomizable(name)
-
     def get_masses(self) -> torch.Tensor:
         """Current masses in kg, shape (num_envs, num_bodies)."""
-        return self._model_field("body_mass")[:, self._ids].float()
+        return self._physics.randomizable("body_mass")[:, self._ids].float()
 
     def write_body_mass_to_sim(
         self,
@@ -365,13 +377,13 @@ class BodyAsset(AssetBase):
         masses = self._fit(masses, rows, (len(chosen),), "write_body_mass_to_sim", any_width=True)
         self._check_masses(masses)
         cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
-        mass = self._model_field("body_mass")
+        mass = self._physics.randomizable("body_mass")
         mass[rows[:, None], cols] = masses.to(mass.dtype)
         if recompute_inertia:
-            inertia = self._model_field("body_inertia")
+            inertia = self._physics.randomizable("body_inertia")
             default_mass = self._data.default_mass[rows][:, chosen]
             ratio = torch.where(default_mass > 0, masses / default_mass, 1.0)  # nothing scales from nothing
-            value = self._data._default_principal_inertia[rows][:, chosen] * ratio[..., None]
+            value = self.data.default_principal_inertia[rows][:, chosen] * ratio[..., None]
             inertia[rows[:, None], cols] = value.to(inertia.dtype)
         self._physics.recompute_constants()
 
@@ -402,12 +414,10 @@ class BodyAsset(AssetBase):
                     " move it by an event term mdp.randomize_rigid_body_com of the environment's config"
                 )
         cols = torch.tensor([self._ids[b] for b in chosen], device=rows.device)
-        field = self._model_field("body_ipos")
+        field = self._physics.randomizable("body_ipos")
         field[rows[:, None], cols] = coms_b.to(field.dtype)
-        self._data._com_b[rows[:, None], torch.tensor(chosen, device=rows.device)] = coms_b.to(self._data._com_b.dtype)
-        self._data._root_com_is_origin = False
         self._physics.recompute_constants()
-        self._data.invalidate()
+        self.data.set_body_com(rows, torch.tensor(chosen, device=rows.device), coms_b)
 
     def write_collider_margin_to_sim(
         self, margin: Values, body_ids: Sequence[int] | None = None, env_ids: EnvIds = None
@@ -452,7 +462,7 @@ class BodyAsset(AssetBase):
         model = self._physics.model
         wanted = {self._ids[b] for b in as_list(body_ids, self.num_bodies)}
         geoms = [g for g in self._geom_ids if model.geom_bodyid[g] in wanted]
-        field = self._model_field(name)
+        field = self._physics.randomizable(name)
         target = field if field.ndim == 2 else field[..., 0]
         cols = torch.tensor(geoms, dtype=torch.long, device=rows.device)
         target[rows[:, None], cols] = values.reshape(-1, 1).to(field.dtype)

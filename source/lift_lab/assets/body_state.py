@@ -53,7 +53,8 @@ class BodyState(AssetData):
         """Centres of mass at start in the link frames in m, shape (num_envs, num_bodies, 3)."""
         self._com_b = self.default_body_com_pos_b.clone()
         self._iquat_b = torch.tensor(model.body_iquat[body_ids], dtype=torch.float32, device=device)
-        self._root_com_is_origin = bool((com_b[0] == 0).all())
+        self.root_com_is_origin = bool((com_b[0] == 0).all())
+        """Whether the root's centre of mass is known to be its origin."""
         self._tree_root = int(model.body_rootid[body_ids[0]])
         self._root_stands = free_qpos_adr is None and mocap_id is None and model.body_weldid[body_ids[0]] == 0
         self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
@@ -67,9 +68,11 @@ class BodyState(AssetData):
         )
         """Masses at start in kg, shape (num_envs, num_bodies)."""
         principal = torch.tensor(model.body_inertia[body_ids], dtype=torch.float32, device=device)
-        self._default_principal_inertia = principal.repeat(physics.num_envs, 1, 1)
-        self._principal_axes_b = math_utils.matrix_from_quat(self._iquat_b)
-        self.default_inertia = self._inertia_in_link_axes(self._default_principal_inertia)
+        self.default_principal_inertia = principal.repeat(physics.num_envs, 1, 1)
+        """Principal moments of inertia at start in kg m^2, shape (num_envs, num_bodies, 3)."""
+        self.principal_axes_b = math_utils.matrix_from_quat(self._iquat_b)
+        """Principal axes of inertia in the link frames, as columns, shape (num_bodies, 3, 3)."""
+        self.default_inertia = self.inertia_in_link_axes(self.default_principal_inertia)
         """Inertias about the centres of mass at start, in the link axes, in kg m^2, row by row.
 
         Shape (num_envs, num_bodies, 9); of a rigid object (num_envs, 9).
@@ -82,9 +85,21 @@ class BodyState(AssetData):
         self.FORWARD_VEC_B = torch.tensor([1.0, 0.0, 0.0], device=device).repeat(physics.num_envs, 1)
         """The root's forward direction, shape (num_envs, 3)."""
 
-    def _inertia_in_link_axes(self, principal: torch.Tensor) -> torch.Tensor:
+    def set_body_com(self, env_ids: torch.Tensor, body_ids: torch.Tensor, coms_b: torch.Tensor) -> None:
+        """Take note of centres of mass that were written to the engine.
+
+        Args:
+            env_ids: environments, a LongTensor of shape (n,).
+            body_ids: indices of bodies, a LongTensor of shape (m,).
+            coms_b: in m, in the link frames, shape (n, m, 3).
+        """
+        self._com_b[env_ids[:, None], body_ids] = coms_b.to(self._com_b.dtype)
+        self.root_com_is_origin = False
+        self.invalidate()
+
+    def inertia_in_link_axes(self, principal: torch.Tensor) -> torch.Tensor:
         """Inertia matrices of shape (..., num_bodies, 9) from principal ones of shape (..., num_bodies, 3)."""
-        axes = self._principal_axes_b
+        axes = self.principal_axes_b
         return ((axes * principal.unsqueeze(-2)) @ axes.mT).flatten(-2)
 
     def invalidate(self) -> None:
@@ -170,7 +185,7 @@ class BodyState(AssetData):
     def root_com_vel_w(self) -> torch.Tensor:
         """Velocity of the root's centre of mass, linear (m/s) then angular (rad/s), shape (num_envs, 6)."""
         vel = self.root_link_vel_w
-        if self._vadr is None or self._root_com_is_origin:
+        if self._vadr is None or self.root_com_is_origin:
             return vel
         arm_w = math_utils.quat_apply(self.root_link_quat_w, self._com_b[:, 0])
         return torch.cat((vel[:, :3] + torch.linalg.cross(vel[:, 3:], arm_w), vel[:, 3:]), dim=-1)

@@ -18,6 +18,8 @@ from lift_lab.utils.attributes import SuggestsAttributes
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.math import convert_quat
 
+from .asset_base import as_numbers
+
 if TYPE_CHECKING:
     from .body_asset import BodyAsset
 
@@ -38,8 +40,8 @@ class RigidBodyView(SuggestsAttributes):
     def __init__(self, asset: BodyAsset):
         """Answer for an asset of a running scene."""
         self._asset = asset
-        model = asset._physics.model
-        self._shapes = [g for g in asset._geom_ids if model.geom_contype[g] or model.geom_conaffinity[g]]
+        model = asset.physics.model
+        self._shapes = [g for g in asset.engine_geom_ids if model.geom_contype[g] or model.geom_conaffinity[g]]
 
     def _described(self) -> str:
         return f"root_physx_view of '{self._asset.name}' has"
@@ -65,11 +67,11 @@ class RigidBodyView(SuggestsAttributes):
 
     def get_transforms(self) -> torch.Tensor:
         """Pose of the root in the world in m, shape (num_envs, 7)."""
-        return xyzw_pose(self._asset._data.root_link_pose_w)
+        return xyzw_pose(self._asset.data.root_link_pose_w)
 
     def get_velocities(self) -> torch.Tensor:
         """Velocity of the root's centre of mass in the world, linear then angular, shape (num_envs, 6)."""
-        return self._asset._data.root_com_vel_w.clone()
+        return self._asset.data.root_com_vel_w.clone()
 
     def get_masses(self) -> torch.Tensor:
         """Masses in kg, shape (num_envs, 1); of an articulation (num_envs, num_bodies)."""
@@ -86,8 +88,8 @@ class RigidBodyView(SuggestsAttributes):
         Shape (num_envs, 9); of an articulation (num_envs, num_bodies, 9).
         """
         asset = self._asset
-        principal = asset._model_field("body_inertia")[:, asset._ids].float()
-        return self._without_bodies(asset._data._inertia_in_link_axes(principal)).cpu()
+        principal = asset.physics.randomizable("body_inertia")[:, asset.engine_body_ids].float()
+        return self._without_bodies(asset.data.inertia_in_link_axes(principal)).cpu()
 
     def set_inertias(self, inertias: torch.Tensor, indices: Indices) -> None:
         """Set inertias, shaped as those of :meth:`get_inertias`.
@@ -98,7 +100,7 @@ class RigidBodyView(SuggestsAttributes):
         """
         asset = self._asset
         rows = self._rows(inertias, (*self._bodies_dim, 9), indices).reshape(-1, asset.num_bodies, 3, 3)
-        axes = asset._data._principal_axes_b
+        axes = asset.data.principal_axes_b
         turned = axes.mT @ rows @ axes
         principal = turned.diagonal(dim1=-2, dim2=-1)
         wrong = ~((principal >= 0) & principal.isfinite())
@@ -112,17 +114,17 @@ class RigidBodyView(SuggestsAttributes):
                 f"{self._owner()}: set_inertias cannot turn principal axes: scale matrices of get_inertias, or give"
                 " others that are diagonal in the same axes"
             )
-        field = asset._model_field("body_inertia")
-        bodies = torch.tensor(asset._ids, device=field.device)
+        field = asset.physics.randomizable("body_inertia")
+        bodies = torch.tensor(asset.engine_body_ids, device=field.device)
         field[self._env_ids(indices)[:, None], bodies] = principal.to(field)
-        asset._physics.recompute_constants()
+        asset.physics.recompute_constants()
 
     def get_coms(self) -> torch.Tensor:
         """Centres of mass and principal axes in the link frames in m.
 
         Shape (num_envs, 7); of an articulation (num_envs, num_bodies, 7).
         """
-        data = self._asset._data
+        data = self._asset.data
         return self._without_bodies(xyzw_pose(torch.cat((data.body_com_pos_b, data.body_com_quat_b), dim=-1))).cpu()
 
     def set_coms(self, coms: torch.Tensor, indices: Indices) -> None:
@@ -142,7 +144,7 @@ class RigidBodyView(SuggestsAttributes):
 
         Shape (num_envs, max_shapes, 3).
         """
-        sliding = self._asset._model_field("geom_friction")[:, self._shapes, 0].float().cpu()
+        sliding = self._asset.physics.randomizable("geom_friction")[:, self._shapes, 0].float().cpu()
         return torch.stack((sliding, sliding, torch.zeros_like(sliding)), dim=-1)
 
     def set_material_properties(self, materials: torch.Tensor, indices: Indices) -> None:
@@ -150,7 +152,7 @@ class RigidBodyView(SuggestsAttributes):
         rows = self._rows(materials, (self.max_shapes, 3), indices)
         if rows[..., 2].any():
             note_ignored("root_physx_view.set_material_properties: restitution", "MuJoCo has no restitution")
-        field = self._asset._model_field("geom_friction")
+        field = self._asset.physics.randomizable("geom_friction")
         shapes = torch.tensor(self._shapes, device=field.device)
         field[self._env_ids(indices)[:, None], shapes, 0] = rows[..., 0].to(field)
 
@@ -158,7 +160,7 @@ class RigidBodyView(SuggestsAttributes):
         return f"'{self._asset.name}'.root_physx_view"
 
     def _env_ids(self, indices: Indices) -> torch.Tensor:
-        return ids_tensor(indices, self._asset._physics.device, self.count).reshape(-1)
+        return ids_tensor(indices, self._asset.physics.device, self.count).reshape(-1)
 
     def _rows(self, values: torch.Tensor, shape: tuple[int, ...], indices: Indices) -> torch.Tensor:
         """Rows of ``indices`` of values of all environments, on the device.
@@ -166,7 +168,7 @@ class RigidBodyView(SuggestsAttributes):
         As PhysX asks, the numbers have to fit and not the dimensions, but the first counts the environments or all.
         """
         wanted = (self.count, *shape)
-        values = self._asset._numbers(values, "root_physx_view", wanted)
+        values = as_numbers(values, self._asset.physics.device, wanted, self._owner())
         if values.numel() != torch.Size(wanted).numel() or (values.ndim > 1 and len(values) != self.count):
             raise ConfigError(
                 f"{self._owner()}: expected values of all environments, {wanted}, got {tuple(values.shape)}"

@@ -242,8 +242,8 @@ def test_a_root_that_is_put_elsewhere_keeps_its_velocity_in_the_world(physics):
     """Turned by 90 degrees about z: neither the spin about x nor the velocity of the centre of mass turns with it."""
     _, scene = start(physics, gravity=(0.0, 0.0, 0.0), box=box_cfg())
     box = scene["box"]
-    box.data._com_b[:, 0] = torch.tensor([0.03, 0.0, 0.0])  # as of a body whose centre of mass is off its origin
-    box.data._root_com_is_origin = False
+    # as of a body whose centre of mass is off its origin
+    box.data.set_body_com(torch.arange(NUM_ENVS), torch.tensor([0]), torch.tensor([0.03, 0.0, 0.0]))
     velocity = torch.tensor([[0.1, 0.2, 0.3, 1.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1)
     box.write_root_velocity_to_sim(velocity)
     half = math.sqrt(0.5)

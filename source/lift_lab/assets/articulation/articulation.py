@@ -133,6 +133,8 @@ class Articulation(JointProperties):
         self._joint_names = [self._local_name(model.joint(j).name) for j in joints]
         self._dof_ids = [int(model.jnt_dofadr[j]) for j in joints]
         self._qpos_ids = [int(model.jnt_qposadr[j]) for j in joints]
+        device = self._physics.device
+        self._qpos_cols, self._dof_cols = as_columns(self._qpos_ids, device), as_columns(self._dof_ids, device)
         self._data = ArticulationData(
             self._physics,
             self._env_origins_w,
@@ -141,8 +143,8 @@ class Articulation(JointProperties):
             self._qadr,
             self._vadr,
             self._mocap,
-            qpos_ids=self._qpos_ids,
-            dof_ids=self._dof_ids,
+            qpos_cols=self._qpos_cols,
+            dof_cols=self._dof_cols,
         )
 
     def _resolve_limits(self, model: mujoco.MjModel, device: torch.device, num_envs: int) -> None:
@@ -210,7 +212,7 @@ class Articulation(JointProperties):
         self._computed = [actuator for actuator in self.actuators.values() if not actuator.runs_in_engine]
         computed = [names.index(name) for actuator in self._computed for name in actuator.joint_names]
         if computed:
-            data._explicit_ids = torch.tensor(sorted(computed), device=device)
+            data.explicit_ids = torch.tensor(sorted(computed), device=device)
         # a drive without stiffness takes an effort: then the law has to be written out, too
         self._has_feedforward = any(drive.implicit and not drive.stiffness for drive in drives.values())
         self._read_file_laws(per_env)
@@ -223,15 +225,15 @@ class Articulation(JointProperties):
         data, drives = self.data, [self._drives.joints.get(name) for name in self._joint_names]
         laws = [drive.law if drive is not None and drive.law is not None else FileDrive() for drive in drives]
         if any(law.constant for law in laws):
-            data._constant_effort = per_env([law.constant for law in laws])
+            data.constant_effort = per_env([law.constant for law in laws])
         ranges = [d.effort_range if d is not None else FileDrive().effort_range for d in drives]
         if any(low != -high for low, high in ranges):
-            data._effort_range = per_env([low for low, _ in ranges]), per_env([high for _, high in ranges])
+            data.effort_range = per_env([low for low, _ in ranges]), per_env([high for _, high in ranges])
         implicit = [law if d is not None and d.implicit else FileDrive() for d, law in zip(drives, laws, strict=True)]
         for kind in ("position", "velocity"):
             ends = [getattr(law, f"{kind}_range") for law in implicit]
             if any(end != FileDrive().position_range for end in ends):
-                data._target_ranges[kind] = per_env([low for low, _ in ends]), per_env([high for _, high in ends])
+                data.target_ranges[kind] = per_env([low for low, _ in ends]), per_env([high for _, high in ends])
 
     def _take_over(self, actuator: ActuatorBase) -> None:
         """Report what an actuator resolved its config to, and give the engine what differs from the compiled model."""
@@ -293,10 +295,10 @@ class Articulation(JointProperties):
     def start_episodes(self, env_ids: torch.Tensor) -> None:
         """Let explicit actuators of these environments (a LongTensor) alone start from the targets a reset left."""
         data = self.data
-        if data._explicit_effort is None or data._explicit_computed is None:
+        if data.explicit_effort is None or data.explicit_computed is None:
             return
-        data._explicit_effort = data._explicit_effort.index_fill(0, env_ids, 0.0)
-        data._explicit_computed = data._explicit_computed.index_fill(0, env_ids, 0.0)
+        data.explicit_effort = data.explicit_effort.index_fill(0, env_ids, 0.0)
+        data.explicit_computed = data.explicit_computed.index_fill(0, env_ids, 0.0)
         for actuator in self._computed:
             actuator.start_episodes(env_ids, self._targets(actuator, env_ids))
 
@@ -304,8 +306,8 @@ class Articulation(JointProperties):
         """Targets of an actuator's joints in some environments."""
         data, ids = self.data, actuator.joint_indices
         efforts = data.joint_effort_target[env_ids][:, ids]
-        if data._constant_effort is not None and not actuator.is_implicit_model:  # else the engine adds it
-            efforts = efforts + data._constant_effort[env_ids][:, ids]
+        if data.constant_effort is not None and not actuator.is_implicit_model:  # else the engine adds it
+            efforts = efforts + data.constant_effort[env_ids][:, ids]
         return ArticulationActions(
             joint_positions=data.joint_pos_target[env_ids][:, ids],
             joint_velocities=data.joint_vel_target[env_ids][:, ids],
@@ -323,9 +325,9 @@ class Articulation(JointProperties):
         explicit = None
         if self._computed:
             position, velocity, effort, explicit = self._compute_actuators()
-        ctrl = data._clip_target("position", position)[:, self._driven]
+        ctrl = data.clip_target("position", position)[:, self._driven]
         if self._has_feedforward:
-            velocity = data._clip_target("velocity", velocity)
+            velocity = data.clip_target("velocity", velocity)
             ctrl = self._feedforward_ctrl(ctrl, velocity[:, self._driven], effort[:, self._driven])
         if not self._all_implicit:
             assert explicit is not None
@@ -374,8 +376,8 @@ class Articulation(JointProperties):
                     targets[kind][:, ids] = value
                 given[:, ids] = actuator.applied_effort
             computed[:, ids] = actuator.computed_effort
-        data._explicit_effort = given[:, data._explicit_ids]
-        data._explicit_computed = computed[:, data._explicit_ids]
+        data.explicit_effort = given[:, data.explicit_ids]
+        data.explicit_computed = computed[:, data.explicit_ids]
         return targets["position"], targets["velocity"], targets["effort"], given
 
     # -- targets
@@ -441,7 +443,7 @@ class Articulation(JointProperties):
     def _write_joints(self, name: str, values: torch.Tensor, joint_ids: JointIds, ids: torch.Tensor | None) -> None:
         data = self.data
         of_pos = name == "qpos"
-        all_ids, all_cols = (self._qpos_ids, data._qpos_cols) if of_pos else (self._dof_ids, data._dof_cols)
+        all_ids, all_cols = (self._qpos_ids, self._qpos_cols) if of_pos else (self._dof_ids, self._dof_cols)
         self._physics.write(name, values, ids, self._columns(all_ids, all_cols, joint_ids))
         data.invalidate()
 

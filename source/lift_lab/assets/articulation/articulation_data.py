@@ -6,7 +6,7 @@ from typing import Any
 
 import torch
 
-from ..asset_base import as_columns, take_columns
+from ..asset_base import take_columns
 from ..asset_data import cached
 from ..body_data import BodyData
 
@@ -50,16 +50,21 @@ class ArticulationData(BodyData):
     default_joint_pos_limits: torch.Tensor
     """Limits at start, shape (num_envs, num_joints, 2)."""
 
-    def __init__(self, *args: Any, qpos_ids: list[int], dof_ids: list[int], **kwargs: Any):
+    def __init__(self, *args: Any, qpos_cols: slice | torch.Tensor, dof_cols: slice | torch.Tensor, **kwargs: Any):
         super().__init__(*args, **kwargs)
-        self._qpos_cols = as_columns(qpos_ids, self._physics.device)
-        self._dof_cols = as_columns(dof_ids, self._physics.device)
-        self._explicit_effort: torch.Tensor | None = None
-        self._explicit_ids: torch.Tensor | None = None
-        self._explicit_computed: torch.Tensor | None = None
-        self._constant_effort: torch.Tensor | None = None
-        self._target_ranges: dict[str, tuple[torch.Tensor, torch.Tensor]] = {}
-        self._effort_range: tuple[torch.Tensor, torch.Tensor] | None = None
+        self._qpos_cols, self._dof_cols = qpos_cols, dof_cols
+        self.explicit_ids: torch.Tensor | None = None
+        """Joints whose actuator model is computed in torch, ascending, shape (n,); None without any."""
+        self.explicit_computed: torch.Tensor | None = None
+        """What those models asked for at the last physics step, shape (num_envs, n)."""
+        self.explicit_effort: torch.Tensor | None = None
+        """What those models gave at the last physics step, after clipping, shape (num_envs, n)."""
+        self.constant_effort: torch.Tensor | None = None
+        """Constant efforts that the file's drives add, shape (num_envs, num_joints); None without any."""
+        self.target_ranges: dict[str, tuple[torch.Tensor, torch.Tensor]] = {}
+        """Lowest and highest ``position`` and ``velocity`` targets of the file's drives, where it limits them."""
+        self.effort_range: tuple[torch.Tensor, torch.Tensor] | None = None
+        """Lowest and highest effort of each joint, where a file's force range is lopsided."""
 
     @property
     def joint_pos(self) -> torch.Tensor:
@@ -90,28 +95,28 @@ class ArticulationData(BodyData):
     def computed_torque(self) -> torch.Tensor:
         """Effort that the actuator models ask for at the current state, before clipping."""
         effort = (
-            self.joint_stiffness * (self._clip_target("position", self.joint_pos_target) - self.joint_pos)
-            + self.joint_damping * (self._clip_target("velocity", self.joint_vel_target) - self.joint_vel)
+            self.joint_stiffness * (self.clip_target("position", self.joint_pos_target) - self.joint_pos)
+            + self.joint_damping * (self.clip_target("velocity", self.joint_vel_target) - self.joint_vel)
             + self.joint_effort_target
         )
-        if self._constant_effort is not None:
-            effort = effort + self._constant_effort
-        if self._explicit_ids is not None and self._explicit_computed is not None:
-            effort[:, self._explicit_ids] = self._explicit_computed
+        if self.constant_effort is not None:
+            effort = effort + self.constant_effort
+        if self.explicit_ids is not None and self.explicit_computed is not None:
+            effort[:, self.explicit_ids] = self.explicit_computed
         return effort
 
-    def _clip_target(self, kind: str, target: torch.Tensor) -> torch.Tensor:
+    def clip_target(self, kind: str, target: torch.Tensor) -> torch.Tensor:
         """Targets within the ranges that the asset's file gives its drives."""
-        return target.clamp(*self._target_ranges[kind]) if kind in self._target_ranges else target
+        return target.clamp(*self.target_ranges[kind]) if kind in self.target_ranges else target
 
     @cached
     def applied_torque(self) -> torch.Tensor:
         """Effort that the actuator models give at the current state, clipped at the effort limits."""
         limit = self.joint_effort_limits
-        low, high = (-limit, limit) if self._effort_range is None else self._effort_range
+        low, high = (-limit, limit) if self.effort_range is None else self.effort_range
         effort = torch.clamp(self.computed_torque, low, high)
-        if self._explicit_ids is not None and self._explicit_effort is not None:
-            effort[:, self._explicit_ids] = self._explicit_effort
+        if self.explicit_ids is not None and self.explicit_effort is not None:
+            effort[:, self.explicit_ids] = self.explicit_effort
         return effort
 
     @property

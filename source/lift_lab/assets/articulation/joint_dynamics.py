@@ -17,12 +17,12 @@ class JointDynamics:
 
     def __init__(self, asset: Articulation, joint_ids: slice | torch.Tensor):
         """Find which joints move which bodies."""
-        self._physics = asset._physics
+        self._physics = asset.physics
         self._asset = asset
         self._joint_ids = joint_ids
-        self._bodies = torch.tensor(asset._ids, device=asset.device)
-        self._dofs = torch.tensor(asset._dof_ids, device=asset.device)[joint_ids]
-        self._moves = asset._physics.moving_dofs[self._bodies[:, None], self._dofs]
+        self._bodies = torch.tensor(asset.engine_body_ids, device=asset.device)
+        self._dofs = torch.tensor(asset.engine_dof_ids, device=asset.device)[joint_ids]
+        self._moves = asset.physics.moving_dofs[self._bodies[:, None], self._dofs]
 
     def mass_matrix(self) -> torch.Tensor:
         """Joint-space inertia, shape (num_envs, num_joints, num_joints)."""

@@ -45,6 +45,11 @@ class JointProperties(BodyAsset):
         return self._data
 
     @property
+    def engine_dof_ids(self) -> list[int]:
+        """Ids of the joints' degrees of freedom in the compiled model."""
+        return self._dof_ids
+
+    @property
     def num_joints(self) -> int:
         """Number of hinge and slide joints."""
         return len(self._joint_names)
@@ -217,8 +222,8 @@ class JointProperties(BodyAsset):
             limit = data.joint_effort_limits[rows, i].clamp(max=NO_LIMIT).to(field.dtype)
             field[rows, a, 0] = -limit
             field[rows, a, 1] = limit
-            if data._effort_range is not None:
-                low, high = data._effort_range
+            if data.effort_range is not None:
+                low, high = data.effort_range
                 low[rows, i], high[rows, i] = -data.joint_effort_limits[rows, i], data.joint_effort_limits[rows, i]
 
     # Isaac Lab's older names
