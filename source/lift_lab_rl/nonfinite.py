@@ -40,7 +40,7 @@ def observation_terms(env: Any, group: str, bad: torch.Tensor) -> list[str]:
     names = [term] if term else manager.active_terms[name]
     parts: Any = [bad]
     if not term:
-        axis = manager._group_obs_concatenate_dim[name]
+        axis = manager.group_obs_concatenate_dim[name]
         lengths = [shape[axis - 1 if axis > 0 else axis] for shape in manager.group_obs_term_dim[name]]
         parts = bad.split(lengths, dim=axis)
     found = [own for own, part in zip(names, parts, strict=True) if bool(part.any())]

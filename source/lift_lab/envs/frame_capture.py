@@ -149,8 +149,8 @@ class FrameCapture:
         if not self._viewer.show_rewards or not hasattr(env, "reward_manager"):
             return None
         index, manager = self._viewer.env_index, env.reward_manager
-        head = torch.stack((env.episode_length_buf[index].float(), manager._sums[:, index].sum()))
-        return torch.cat((head, manager._values[:, index]))
+        head = torch.stack((env.episode_length_buf[index].float(), manager.term_sums[:, index].sum()))
+        return torch.cat((head, manager.term_values[:, index]))
 
     def _lines(self, frame: Frame) -> list[tuple[str, str]]:
         if frame.figures is None:

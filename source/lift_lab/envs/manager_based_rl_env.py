@@ -134,7 +134,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
                 groups[group] = _unbounded(dims)
                 continue
             terms = {}
-            for name, dim, cfg in zip(names, dims, manager._group_obs_term_cfgs[group], strict=True):
+            for name, dim, cfg in zip(names, dims, manager.group_obs_term_cfgs[group], strict=True):
                 terms[name] = _unbounded(dim) if cfg.clip is None else gym.spaces.Box(*cfg.clip, shape=dim)
             groups[group] = gym.spaces.Dict(terms)
         self.single_observation_space = gym.spaces.Dict(groups)

@@ -82,6 +82,16 @@ class ObservationManager(ManagerBase):
         """Whether each group is one tensor."""
         return self._group_obs_concatenate
 
+    @property
+    def group_obs_concatenate_dim(self) -> dict[str, int]:
+        """Dimension along which the terms of each group are concatenated, counting that of the environments."""
+        return self._group_obs_concatenate_dim
+
+    @property
+    def group_obs_term_cfgs(self) -> dict[str, list[ObservationTermCfg]]:
+        """Live configs of each group's terms, in the order of :attr:`active_terms`."""
+        return self._group_obs_term_cfgs
+
     def compute(self, update_history: bool = False) -> dict[str, Observation]:
         """Compute all groups.
 

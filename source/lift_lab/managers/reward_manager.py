@@ -130,7 +130,18 @@ class RewardManager(FunctionTermManager):
         return self._sums[self._term_names.index(term_name)]
 
     @property
+    def term_values(self) -> torch.Tensor:
+        """What each term returned at the last step, not weighted, shape (num_terms, num_envs)."""
+        return self._values
+
+    @property
+    def term_sums(self) -> torch.Tensor:
+        """Sums of ``value * weight * dt`` of each term over the running episodes, shape (num_terms, num_envs)."""
+        return self._sums
+
+    @property
     def _episode_sums(self) -> dict[str, torch.Tensor]:
+        """Isaac Lab's name for :attr:`term_sums` by term, which task files read."""
         return dict(zip(self._term_names, self._sums, strict=True))
 
     def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:

@@ -177,12 +177,12 @@ def _declare_fields(cls: type) -> None:
         if base is object or base.__module__ in ("typing", "abc"):
             continue
         if base is not cls and "__dataclass_fields__" in vars(base):
-            for name, known in vars(base)["__dataclass_fields__"].items():
-                if known._field_type is dataclasses._FIELD:  # type: ignore[attr-defined]
-                    taken[name] = known
-                    if name in vars(base).get("__annotations__", {}) or name not in inherited:
-                        inherited[name] = known
-                        declared.pop(name, None)
+            for known in dataclasses.fields(base):
+                name = known.name
+                taken[name] = known
+                if name in vars(base).get("__annotations__", {}) or name not in inherited:
+                    inherited[name] = known
+                    declared.pop(name, None)
             continue
         for name, (annotation, default) in _body_fields(base).items():
             known = declared.get(name) or _as_pair(inherited.get(name), cls)

@@ -24,12 +24,12 @@ def rewards(env: Any, env_id: int) -> str:
     """Each reward term: weight, its value now (per second), and its sum over the running episode."""
     manager = env.reward_manager
     now = {name: values[0] for name, values in manager.get_active_iterable_terms(env_id)}
-    sums = manager._episode_sums
+    sums = dict(zip(manager.active_terms, manager.term_sums[:, env_id].tolist(), strict=True))
     rows = [
-        (name, f"{manager.get_term_cfg(name).weight:g}", f"{now[name]:.3f}", f"{float(sums[name][env_id]):.3f}")
+        (name, f"{manager.get_term_cfg(name).weight:g}", f"{now[name]:.3f}", f"{sums[name]:.3f}")
         for name in manager.active_terms
     ]
-    rows.append(("all", "", f"{sum(now.values()):.3f}", f"{sum(float(sums[n][env_id]) for n in sums):.3f}"))
+    rows.append(("all", "", f"{sum(now.values()):.3f}", f"{sum(sums.values()):.3f}"))
     return table(("reward", "weight", "now", "episode"), rows)
 
 

@@ -81,7 +81,7 @@ def _manager_tables(env: Any) -> list[Table]:
     tables = []
     observations = env.observation_manager
     for group, names in observations.active_terms.items():
-        dims, cfgs = observations.group_obs_term_dim[group], observations._group_obs_term_cfgs[group]
+        dims, cfgs = observations.group_obs_term_dim[group], observations.group_obs_term_cfgs[group]
         rows = [(n, _shape(d), _function(c), _params(c), _noise(c)) for n, d, c in zip(names, dims, cfgs, strict=True)]
         tables.append(_table(f"Observations '{group}'", ("term", "shape", "function", "parameters", "noise"), rows))
     actions = [env.action_manager.get_term(name) for name in env.action_manager.active_terms]
