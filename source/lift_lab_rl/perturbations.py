@@ -22,9 +22,7 @@ import torch
 
 from lift_lab.envs import mdp
 from lift_lab.managers import EventTermCfg, SceneEntityCfg
-from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError, suggest
-from lift_lab.utils.indexing import block
 
 _PREFIX = "perturbed_"
 """Start of the names of the event terms that a perturbation adds."""
@@ -96,15 +94,8 @@ def _perturb_mass(env_cfg: Any, factor: float, object_name: str) -> None:
 
 def _perturb_friction(env_cfg: Any, factor: float, _: str) -> None:
     _leave_out(env_cfg, (mdp.randomize_rigid_body_material,), None)
-    event = EventTermCfg(func=scale_friction, mode="startup", params={"factor": factor})
+    event = EventTermCfg(func=mdp.scale_friction, mode="startup", params={"factor": factor})
     _add_event(env_cfg, "friction", event)
-
-
-def scale_friction(env: Any, env_ids: Any, factor: float) -> None:
-    """Event term: multiply the sliding friction of every collider and soft body; ``env_ids`` is not used."""
-    physics = env.sim.physics
-    for name in ("geom_friction", "flex_friction") if physics.model.nflex else ("geom_friction",):
-        physics.randomizable(name)[..., 0] *= factor
 
 
 # -- pose
@@ -122,105 +113,11 @@ def _perturb_pose(env_cfg: Any, factor: float, object_name: str) -> None:
     raise ConfigError(f"perturbation 'pose': no reset event of the task places '{object_name}' uniformly in a range")
 
 
-def reset_outside_range(
-    env: Any,
-    env_ids: Any,
-    pose_range: dict[str, tuple[float, float]],
-    velocity_range: dict[str, tuple[float, float]],
-    asset_cfg: SceneEntityCfg,
-    factor: float,
-) -> None:
-    """Event term: as ``reset_root_state_uniform``, but evenly where the widened range is and the range is not.
-
-    Args:
-        env: the environment.
-        env_ids: environments to reset.
-        pose_range: (low, high) of the offset from the default pose, in m and rad.
-        velocity_range: as of ``reset_root_state_uniform``.
-        asset_cfg: the asset.
-        factor: how much wider the widened range is, above 1.
-    """
-    asset = env.scene[asset_cfg.name]
-    state = block(asset.data.default_root_state, env_ids)
-    state[:, :3] += block(env.scene.env_origins, env_ids) + _offsets_outside(pose_range, factor, state)
-    rotation = math_utils.quat_from_euler_xyz(*(_uniform(pose_range, axis, state) for axis in _AXES[3:]))
-    state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
-    state[:, 7:] += torch.stack([_uniform(velocity_range, axis, state) for axis in _AXES], 1)
-    asset.write_root_state_to_sim(state, env_ids=env_ids)
-
-
-def reset_nodes_outside_range(
-    env: Any,
-    env_ids: Any,
-    position_range: dict[str, tuple[float, float]],
-    velocity_range: dict[str, tuple[float, float]],
-    asset_cfg: SceneEntityCfg,
-    factor: float,
-) -> None:
-    """Event term: as ``reset_nodal_state_uniform``, but evenly where the widened range is and the range is not.
-
-    Args:
-        env: the environment.
-        env_ids: environments to reset.
-        position_range: (low, high) of the offset from the default positions, in m.
-        velocity_range: as of ``reset_nodal_state_uniform``.
-        asset_cfg: the deformable object.
-        factor: how much wider the widened range is, above 1.
-    """
-    asset = env.scene[asset_cfg.name]
-    state = block(asset.data.default_nodal_state_w, env_ids)
-    state[..., :3] += _offsets_outside(position_range, factor, state)[:, None]
-    state[..., 3:] += torch.stack([_uniform(velocity_range, axis, state) for axis in "xyz"], 1)[:, None]
-    asset.write_nodal_state_to_sim(state, env_ids=env_ids)
-
-
 _OUTSIDE: dict[Any, Callable[..., None]] = {
-    mdp.reset_root_state_uniform: reset_outside_range,
-    mdp.reset_nodal_state_uniform: reset_nodes_outside_range,
+    mdp.reset_root_state_uniform: mdp.reset_root_state_outside,
+    mdp.reset_nodal_state_uniform: mdp.reset_nodal_state_outside,
 }
-"""What stands for which reset event."""
-
-
-def _offsets_outside(ranges: dict[str, tuple[float, float]], factor: float, like: torch.Tensor) -> torch.Tensor:
-    """Offsets along x, y and z in m, evenly where the widened range is and the range is not, shape (n, 3)."""
-    wide = [axis for axis in "xyz" if ranges.get(axis, (0.0, 0.0))[1] > ranges.get(axis, (0.0, 0.0))[0]]
-    if not wide:
-        raise ConfigError("perturbation 'pose': the reset event's range has no width")
-    offsets = {axis: _uniform(ranges, axis, like) for axis in "xyz"}
-    unit = torch.rand(len(like), len(wide), device=like.device) * 2.0 - 1.0
-    for axis, offset in zip(wide, outside_unit_box(unit, factor).unbind(1), strict=True):
-        low, high = ranges[axis]
-        offsets[axis] = (low + high) / 2 + offset * (high - low) / 2
-    return torch.stack([offsets[axis] for axis in "xyz"], 1)
-
-
-_AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-
-
-def _uniform(ranges: dict[str, tuple[float, float]], axis: str, like: torch.Tensor) -> torch.Tensor:
-    """Values of one axis, shape (n,); zero if it has no range."""
-    low, high = ranges.get(axis, (0.0, 0.0))
-    return (
-        torch.empty(len(like), device=like.device).uniform_(low, high)
-        if high > low
-        else like.new_full((len(like),), low)
-    )
-
-
-def outside_unit_box(points: torch.Tensor, factor: float) -> torch.Tensor:
-    """Move uniform points of the box [-1, 1]^d outward so that they are uniform between it and the box ``factor``
-    times as wide.
-
-    The greatest coordinate m of a uniform point has m^d uniform in [0, 1]; outside it has to be uniform in
-    [1, factor^d].
-
-    Args:
-        points: shape (n, d).
-        factor: above 1.
-    """
-    dim = points.shape[1]
-    m = points.abs().amax(1, keepdim=True).clamp(min=1e-6)
-    return points / m * (1.0 + m**dim * (factor**dim - 1.0)) ** (1.0 / dim)
+"""The event that replaces each reset event."""
 
 
 # -- delay

@@ -12,11 +12,14 @@ from .randomization import (
     randomize_rigid_body_com,
     randomize_rigid_body_mass,
     randomize_rigid_body_material,
+    scale_friction,
 )
 from .resets import (
     reset_joints_by_offset,
     reset_joints_by_scale,
+    reset_nodal_state_outside,
     reset_nodal_state_uniform,
+    reset_root_state_outside,
     reset_root_state_uniform,
     reset_root_state_with_random_orientation,
     reset_scene_to_default,

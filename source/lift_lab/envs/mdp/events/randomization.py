@@ -186,6 +186,19 @@ class randomize_rigid_body_mass(ManagerTermBase):
         )
 
 
+def scale_friction(env: ManagerBasedEnv, env_ids: EnvIds, factor: Annotated[float, POSITIVE]) -> None:
+    """Multiply the sliding friction of every collider and soft body. For mode ``startup``: a second call adds to it.
+
+    Args:
+        env: the environment.
+        env_ids: not used; all environments change.
+        factor: above 0.
+    """
+    physics = env.sim.physics
+    for name in ("geom_friction", "flex_friction") if physics.model.nflex else ("geom_friction",):
+        physics.randomizable(name)[..., 0] *= factor
+
+
 class randomize_rigid_body_com(ManagerTermBase):
     """Move the centres of mass of the chosen bodies away from where they are at start, all of them alike.
 

@@ -10,9 +10,9 @@ import torch
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.indexing import EnvIds, block
-from lift_lab.utils.ranges import SPAN
+from lift_lab.utils.ranges import SPAN, Range
 
-from ..sampling import axis_ranges, is_zero, sample_ranges
+from ..sampling import POSE_AXES, axis_ranges, is_zero, sample_axis, sample_offsets_outside, sample_ranges
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, DeformableObject, RigidObject
@@ -140,6 +140,68 @@ def reset_nodal_state_uniform(
         bounds = axis_ranges(ranges, f"reset_nodal_state_uniform: {what}", axes=("x", "y", "z"))
         if not is_zero(bounds):
             state[..., columns] += sample_ranges(bounds, len(state), env.device)[:, None]
+    asset.write_nodal_state_to_sim(state, env_ids=env_ids)
+
+
+def reset_root_state_outside(
+    env: ManagerBasedEnv,
+    env_ids: EnvIds,
+    pose_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    factor: Annotated[float, Range(1.0, above=True)],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
+) -> None:
+    """As :func:`reset_root_state_uniform`, with positions outside of their range.
+
+    Args:
+        env: the environment.
+        env_ids: environments to reset.
+        pose_range: (low, high) for any of ``x, y, z`` (m) and ``roll, pitch, yaw`` (rad). Positions are drawn outside
+            of it and within the range ``factor`` times as wide about the same middle; angles are drawn within it.
+        velocity_range: (low, high) for any of the same axes, in m/s and rad/s, world frame.
+        factor: above 1.
+        asset_cfg: the asset.
+
+    Raises:
+        ConfigError: no range of x, y and z has a width.
+    """
+    asset: RigidObject | Articulation = env.scene[asset_cfg.name]
+    state = block(asset.data.default_root_state, env_ids)
+    offsets = sample_offsets_outside(pose_range, factor, state, "reset_root_state_outside: pose_range")
+    state[:, :3] += block(env.scene.env_origins, env_ids) + offsets
+    rotation = math_utils.quat_from_euler_xyz(*(sample_axis(pose_range, axis, state) for axis in POSE_AXES[3:]))
+    state[:, 3:7] = math_utils.quat_mul(state[:, 3:7], rotation)
+    state[:, 7:] += torch.stack([sample_axis(velocity_range, axis, state) for axis in POSE_AXES], 1)
+    asset.write_root_state_to_sim(state, env_ids=env_ids)
+
+
+def reset_nodal_state_outside(
+    env: ManagerBasedEnv,
+    env_ids: EnvIds,
+    position_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    velocity_range: Annotated[Mapping[str, Sequence[float]], SPAN],
+    factor: Annotated[float, Range(1.0, above=True)],
+    asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
+) -> None:
+    """As :func:`reset_nodal_state_uniform`, with positions outside of their range.
+
+    Args:
+        env: the environment.
+        env_ids: environments to reset.
+        position_range: (low, high) for any of ``x, y, z`` in m. Positions are drawn outside of it and within the range
+            ``factor`` times as wide about the same middle.
+        velocity_range: (low, high) for any of ``x, y, z`` in m/s.
+        factor: above 1.
+        asset_cfg: the deformable object.
+
+    Raises:
+        ConfigError: no range of x, y and z has a width.
+    """
+    asset: DeformableObject = env.scene[asset_cfg.name]
+    state = block(asset.data.default_nodal_state_w, env_ids)
+    offsets = sample_offsets_outside(position_range, factor, state, "reset_nodal_state_outside: position_range")
+    state[..., :3] += offsets[:, None]
+    state[..., 3:] += torch.stack([sample_axis(velocity_range, axis, state) for axis in "xyz"], 1)[:, None]
     asset.write_nodal_state_to_sim(state, env_ids=env_ids)
 
 
