@@ -62,7 +62,6 @@ KNOWN_ENGINE_NAMES = {
 KNOWN_TASK_WORDS = {
     "lift_lab.app.cli",
     "lift_lab.envs.mdp.curriculums",
-    "lift_lab.utils.assets",
     "lift_lab_rl.study.paper",
 }
 """Modules that still have words of a task. The list only becomes shorter."""

@@ -34,7 +34,7 @@ def main() -> int:
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
-    from lift_lab.utils.assets import PRETRAINED_DIR
+    from lift_lab_assets.files import PRETRAINED_DIR
     from lift_lab_rl.files import read_json
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
     from lift_lab_rl.rsl_rl.pretrained import write_pretrained

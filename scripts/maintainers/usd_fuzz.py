@@ -107,7 +107,7 @@ def seed_files(shipped: bool = True) -> list[Seed]:
     """Shipped stages with absolute references, and a generated one that uses most of the mapping, in every format."""
     from pxr import Sdf, Usd, UsdUtils
 
-    from lift_lab.utils.assets import ASSETS_USD_DIR
+    from lift_lab_assets.files import ASSETS_USD_DIR
 
     texts, crates = [], []
     stage = Usd.Stage.CreateInMemory()

@@ -1,12 +1,34 @@
-"""Robot configurations and the USD files they spawn.
+"""Robot configurations, and the USD files and policies that ship.
 
-Import a configuration as Isaac Lab users do: ``from lift_lab_assets import FRANKA_PANDA_CFG``.
+Import a configuration as Isaac Lab users do: ``from lift_lab_assets import FRANKA_PANDA_CFG``. Robots are loaded when
+one is asked for.
 """
 
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from . import robots
+from .files import ASSETS_USD_DIR, PRETRAINED_DIR
+
+if TYPE_CHECKING:
+    from lift_lab.assets import ArticulationCfg
 
 LIFT_LAB_ASSETS_USD_DIR = str(ASSETS_USD_DIR)
-"""Folder of the USD files that ship: `franka_panda.usda`, `cube.usda`, `table.usda`, `cartpole.usda`,
-`cabinet.usda`."""
+"""Folder of the USD files, named as in Isaac Lab."""
 
-from .robots import *  # noqa: E402
+
+def __getattr__(name: str) -> ArticulationCfg:
+    """A robot's configuration, from any module of :mod:`lift_lab_assets.robots`.
+
+    Raises:
+        AttributeError: no module has it; names the nearest.
+    """
+    if name == "__all__":  # a star import asks for it
+        own = [name for name in globals() if name.isupper() and name != "TYPE_CHECKING"]
+        return [*own, *robots.robot_configs()]  # type: ignore[return-value]
+    return getattr(robots, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *dir(robots)})

@@ -9,7 +9,8 @@ import usd_authoring
 from panda_description import Box
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
-from lift_lab.utils.assets import ASSETS_USD_DIR, ISAAC_NUCLEUS_DIR, resolve_usd_path
+from lift_lab.utils.assets import ISAAC_NUCLEUS_DIR, resolve_usd_path
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 FILE = Path(__file__).resolve().parents[2] / "assets" / "usd" / "cabinet.usda"
 

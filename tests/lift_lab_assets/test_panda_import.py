@@ -10,7 +10,8 @@ import pytest
 from pxr import Usd
 
 from lift_lab.usd import load
-from lift_lab.utils.assets import ASSETS_USD_DIR, ISAACLAB_NUCLEUS_DIR, resolve_usd_path
+from lift_lab.utils.assets import ISAACLAB_NUCLEUS_DIR, resolve_usd_path
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 REFERENCE = """
 <mujoco>

@@ -1,12 +1,15 @@
 """The robot configurations, as data."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import lift_lab_assets
-from lift_lab_assets import CARTPOLE_CFG, FRANKA_PANDA_CFG, FRANKA_PANDA_HIGH_PD_CFG, LIFT_LAB_ASSETS_USD_DIR
+from lift_lab.utils.errors import ConfigError
+from lift_lab_assets import CARTPOLE_CFG, FRANKA_PANDA_CFG, FRANKA_PANDA_HIGH_PD_CFG, LIFT_LAB_ASSETS_USD_DIR, robots
 from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG as FROM_MODULE
 
 PANDA_JOINTS = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
@@ -25,6 +28,55 @@ def test_star_import_gives_isaac_labs_names():
     for name in ("FRANKA_PANDA_CFG", "FRANKA_PANDA_HIGH_PD_CFG", "CARTPOLE_CFG"):
         assert hasattr(lift_lab_assets, name)
     assert not hasattr(lift_lab_assets, "ImplicitActuatorCfg")
+
+
+@pytest.fixture
+def robots_folder(tmp_path, monkeypatch):
+    """A folder whose modules are found as if they were beside the shipped robots."""
+    monkeypatch.setattr(robots, "__path__", [*robots.__path__, str(tmp_path)])
+    robots.robot_configs.cache_clear()
+    yield tmp_path
+    robots.robot_configs.cache_clear()
+    for module in [name for name in sys.modules if name.startswith("lift_lab_assets.robots.toy_")]:
+        del sys.modules[module]
+
+
+TOY = """
+from lift_lab.assets import ArticulationCfg
+from lift_lab_assets.robots.cartpole import CARTPOLE_CFG
+
+{name} = ArticulationCfg(prim_path="/Toy", actuators={{}})
+_PRIVATE_CFG = {name}.copy()
+"""
+
+
+def test_a_robot_of_a_new_file_is_found_without_a_list(robots_folder):
+    (robots_folder / "toy_arm.py").write_text(TOY.format(name="TOY_ARM_CFG"))
+    assert lift_lab_assets.TOY_ARM_CFG.prim_path == "/Toy"
+    assert lift_lab_assets.CARTPOLE_CFG is CARTPOLE_CFG
+    assert "TOY_ARM_CFG" in dir(lift_lab_assets)
+    scope = {}
+    exec("from lift_lab_assets import *", scope)
+    assert scope["TOY_ARM_CFG"] is robots.TOY_ARM_CFG
+    assert scope.keys() - {"__builtins__"} == {name for name in scope if name.isupper() and not name.startswith("_")}
+
+
+def test_two_robots_of_one_name_are_refused(robots_folder):
+    for name in ("toy_one", "toy_two"):
+        (robots_folder / f"{name}.py").write_text(TOY.format(name="TOY_CFG"))
+    with pytest.raises(ConfigError, match=r"'TOY_CFG' is a robot in toy_one.py and another one in toy_two.py"):
+        lift_lab_assets.TOY_CFG  # noqa: B018
+
+
+def test_a_wrong_robot_is_an_error_with_the_nearest():
+    with pytest.raises(AttributeError, match="no robot 'FRANKA_PANDA'; did you mean 'FRANKA_PANDA_CFG'"):
+        lift_lab_assets.FRANKA_PANDA  # noqa: B018
+
+
+def test_importing_the_package_loads_no_robot():
+    code = "import sys, lift_lab_assets; print([m for m in ('mujoco', 'lift_lab.sim') if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize("cfg", [FRANKA_PANDA_CFG, FRANKA_PANDA_HIGH_PD_CFG, CARTPOLE_CFG])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lift_lab.usd import load
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 START = [0.0, -0.569, 0.0, -2.810, 0.0, 3.037, 0.741, 0.04, 0.04]
 DOWN = np.diag([1.0, -1.0, -1.0])

@@ -11,8 +11,8 @@ from onnx.reference import ReferenceEvaluator
 from point_task import AgentCfg, PointEnv
 
 import lift_lab_tasks  # noqa: F401
-from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError
+from lift_lab_assets.files import PRETRAINED_DIR
 from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
 from lift_lab_rl.rsl_rl.ema import AVERAGE

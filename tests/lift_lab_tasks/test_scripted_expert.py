@@ -2,11 +2,11 @@
 
 import pytest
 import torch
+from scripted_expert import ScriptedExpert
 
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka.joint_pos_env_cfg import FrankaCubeLiftEnvCfg
-from lift_lab_tasks.manager_based.manipulation.lift.expert import ScriptedExpert
 
 
 def _successes(physics: str, num_envs: int, seed: int) -> int:

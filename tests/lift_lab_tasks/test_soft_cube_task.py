@@ -1,11 +1,11 @@
 """A soft cube is lifted through the same scene, managers and actions as the rigid one."""
 
 import torch
+from scripted_expert import ScriptedExpert
 
 from lift_lab.assets import DeformableObject
 from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
-from lift_lab_tasks.manager_based.manipulation.lift.expert import ScriptedExpert
 from lift_lab_tasks.utils import parse_env_cfg
 
 NUM_ENVS = 20

@@ -25,7 +25,7 @@ from typing import Any, cast
 from pxr import Ar, Sdf, Tf
 
 from lift_lab.usd.report import UsdImportError
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab.utils.assets import shipped_folders
 
 COMPUTING_S, COMPUTING_S_PER_MB = 30.0, 1.0
 """Longest computing time for one file, and what is added for each megabyte of it."""
@@ -83,7 +83,7 @@ def composed_of(file: Path) -> tuple[list[Sdf.Layer], list[str]]:
             package, inside = Ar.SplitPackageRelativePathOuter(Sdf.Layer.SplitIdentifier(identifier)[0])
             found = resolver.Resolve(package).GetPathString()
             if inside or is_binary(Path(found)):
-                if not Path(found).is_relative_to(ASSETS_USD_DIR):  # what ships is whole
+                if not any(Path(found).is_relative_to(folder) for folder in shipped_folders()):  # what ships is whole
                     binaries.add(found)
                 continue
             layer = _open_text(identifier) if found else None

@@ -1,10 +1,12 @@
-"""Where USD files are found, and how Isaac Lab's Nucleus paths map to the files that ship with lift_lab."""
+"""Where USD files are found: local ones, and those that asset packages register for names and Isaac Lab's paths."""
 
 from __future__ import annotations
 
+import importlib
 import io
 import os
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -25,22 +27,27 @@ ISAAC_NUCLEUS_DIR = f"{NUCLEUS_ASSET_ROOT_DIR}/Isaac"
 ISAACLAB_NUCLEUS_DIR = f"{ISAAC_NUCLEUS_DIR}/IsaacLab"
 """Isaac Lab's ``Isaac/IsaacLab`` asset folder."""
 
-_ROOT = Path(__file__).resolve().parents[2]
-_PACKAGED = _ROOT / "lift_lab_assets" / "usd"
+_PACKAGE = "lift_lab_assets"
+"""Package whose files ship with lift_lab. It registers them when it is imported, which the first look-up does."""
 
-ASSETS_USD_DIR: Path = _PACKAGED if _PACKAGED.is_dir() else _ROOT.parent / "assets" / "usd"
-"""Folder of the USD files that ship: in the installed package, else in the checkout."""
+_shipped_files: dict[Path, Mapping[str, str]] = {}
+"""Folder of USD files -> file names in Isaac Lab of the files in it."""
 
-PRETRAINED_DIR: Path = ASSETS_USD_DIR.parent / "pretrained"
-"""Folder of the policies that ship, a folder for each task."""
 
-NUCLEUS_ASSETS: dict[str, str] = {
-    "panda_instanceable.usd": "franka_panda.usda",
-    "dex_cube_instanceable.usd": "cube.usda",
-    "table_instanceable.usd": "table.usda",
-    "sektion_cabinet_instanceable.usd": "cabinet.usda",
-}
-"""File name of an Isaac Lab asset -> file in :data:`ASSETS_USD_DIR`. Others map to the file of the same stem."""
+def register_assets(folder: Path, isaac_names: Mapping[str, str]) -> None:
+    """Let file names and Isaac Lab's asset paths lead to the USD files of a folder.
+
+    Args:
+        folder: absolute path; of several folders the one that was registered first comes first.
+        isaac_names: file name in Isaac Lab -> file in ``folder``. Others lead to the file of the same stem.
+    """
+    _shipped_files[folder] = isaac_names
+
+
+def shipped_folders() -> Mapping[Path, Mapping[str, str]]:
+    """Registered folders, each with Isaac Lab's names of its files."""
+    importlib.import_module(_PACKAGE)
+    return _shipped_files
 
 
 def resolve_usd_path(path: str | Path) -> Path:
@@ -58,10 +65,11 @@ def resolve_usd_path(path: str | Path) -> Path:
     """
     if _is_remote(path):
         name = str(path).rstrip("/").rpartition("/")[2]
-        shipped = _shipped(NUCLEUS_ASSETS.get(name, name))
+        shipped = _shipped(name)
         if shipped is not None:
             return shipped
-        known = [*NUCLEUS_ASSETS, *(file for file in _file_names(ASSETS_USD_DIR) if ".usd" in file)]
+        known = [name for names in shipped_folders().values() for name in names]
+        known += [name for folder in shipped_folders() for name in _file_names(folder) if ".usd" in name]
         raise FileError(f"no local asset stands for '{path}'; {suggest(name, known)}")
     local = Path(path).expanduser()
     if local.is_file():
@@ -70,8 +78,10 @@ def resolve_usd_path(path: str | Path) -> Path:
         shipped = _shipped(local.name)
         if shipped is not None:
             return shipped
-    folder = local.parent if local.parent.is_dir() and local.parent != Path() else ASSETS_USD_DIR
-    raise FileError(f"no file '{path}'; in '{folder}' {suggest(local.name, _file_names(folder))}")
+    folders = [local.parent] if local.parent.is_dir() and local.parent != Path() else [*shipped_folders()]
+    known = [name for folder in folders for name in _file_names(folder)]
+    where = ", ".join(f"'{folder}'" for folder in folders)
+    raise FileError(f"no file '{path}'; in {where} {suggest(local.name, known)}")
 
 
 def check_file_path(path: str | Path) -> Literal[0, 1, 2]:
@@ -120,12 +130,13 @@ def _is_remote(path: str | Path) -> bool:
 
 
 def _shipped(name: str) -> Path | None:
-    """The shipped file of that name, whichever USD extension it has."""
-    stem = Path(name).stem
-    for candidate in (name, f"{stem}.usda", f"{stem}.usd", f"{stem}.usdc"):
-        file = ASSETS_USD_DIR / candidate
-        if file.is_file():
-            return file
+    """The registered file of that name in Isaac Lab or here, whichever USD extension it has."""
+    for folder, isaac_names in shipped_folders().items():
+        name = isaac_names.get(name, name)
+        stem = Path(name).stem
+        for candidate in (name, f"{stem}.usda", f"{stem}.usd", f"{stem}.usdc"):
+            if (folder / candidate).is_file():
+                return folder / candidate
     return None
 
 

@@ -3,9 +3,7 @@
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
 from lift_lab.assets.articulation import ArticulationCfg
-from lift_lab.utils.assets import ASSETS_USD_DIR
-
-__all__ = ["CARTPOLE_CFG"]
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 CARTPOLE_CFG = ArticulationCfg(
     spawn=sim_utils.UsdFileCfg(

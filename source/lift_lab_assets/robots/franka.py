@@ -11,9 +11,7 @@ for sources).
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
 from lift_lab.assets.articulation import ArticulationCfg
-from lift_lab.utils.assets import ASSETS_USD_DIR
-
-__all__ = ["FRANKA_PANDA_CFG", "FRANKA_PANDA_HIGH_PD_CFG"]
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 FRANKA_PANDA_CFG = ArticulationCfg(
     spawn=sim_utils.UsdFileCfg(

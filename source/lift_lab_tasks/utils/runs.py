@@ -12,9 +12,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from lift_lab.utils.assets import PRETRAINED_DIR
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
 from lift_lab.utils.io import remove_dead_temporaries
+from lift_lab_assets.files import PRETRAINED_DIR
 from lift_lab_rl.run_params import read_params
 from lift_lab_rl.settings import Settings
 

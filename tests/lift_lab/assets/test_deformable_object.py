@@ -16,8 +16,8 @@ from lift_lab.scene import InteractiveScene, InteractiveSceneCfg
 from lift_lab.sim.physics import make_physics
 from lift_lab.usd import UsdImportError, load
 from lift_lab.utils import configclass
-from lift_lab.utils.assets import ASSETS_USD_DIR
 from lift_lab.utils.errors import ConfigError, UnknownAttributeError
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 SIZE = (0.06, 0.04, 0.08)
 DT = 0.005

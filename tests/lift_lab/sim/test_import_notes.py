@@ -8,7 +8,7 @@ import pytest
 
 import lift_lab.sim as sim_utils
 from lift_lab.usd import load
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 USD = """#usda 1.0
 (

@@ -10,7 +10,7 @@ import pytest
 from pxr import Sdf
 
 from lift_lab.usd import load
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 PANDA = ASSETS_USD_DIR / "franka_panda.usda"
 STATM = Path("/proc/self/statm")

@@ -14,7 +14,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
 from lift_lab.usd import UsdImportError, load, rehearsal
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 PROCESS = Path(rehearsal.__file__).with_name("rehearsal_process.py")
 STAND_IN = f"""

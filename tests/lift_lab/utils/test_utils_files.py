@@ -37,7 +37,11 @@ def usd_dir(tmp_path, monkeypatch):
     folder.mkdir()
     for name in ("franka_panda.usda", "cube.usda", "table.usda", "cartpole.usda"):
         (folder / name).write_text(f"#usda 1.0 {name}")
-    monkeypatch.setattr(assets, "ASSETS_USD_DIR", folder)
+    names = {"panda_instanceable.usd": "franka_panda.usda", "table_instanceable.usd": "table.usda"}
+    names["dex_cube_instanceable.usd"] = "cube.usda"
+    assets.shipped_folders()  # the files that ship are registered, and put aside
+    monkeypatch.setattr(assets, "_shipped_files", {})
+    assets.register_assets(folder, names)
     return folder
 
 

@@ -21,7 +21,7 @@ from lift_lab.markers.config import FRAME_MARKER_CFG
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
 from lift_lab.utils import MISSING, configclass
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 from . import mdp
 

@@ -19,8 +19,8 @@ from lift_lab.managers import SceneEntityCfg
 from lift_lab.managers import TerminationTermCfg as DoneTerm
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.utils import MISSING, configclass
-from lift_lab.utils.assets import ASSETS_USD_DIR
 from lift_lab.utils.noise import AdditiveUniformNoiseCfg as Unoise
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 from . import mdp
 

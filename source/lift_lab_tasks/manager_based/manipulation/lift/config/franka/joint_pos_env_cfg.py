@@ -8,7 +8,7 @@ from lift_lab.markers.config import FRAME_MARKER_CFG
 from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
 from lift_lab.sim.spawners.from_files.from_files_cfg import UsdFileCfg
 from lift_lab.utils import configclass
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
 from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import LiftEnvCfg

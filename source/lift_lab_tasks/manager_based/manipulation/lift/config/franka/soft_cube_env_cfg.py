@@ -5,7 +5,7 @@ from __future__ import annotations
 from lift_lab.assets import DeformableObjectCfg
 from lift_lab.sim.spawners.from_files.from_files_cfg import UsdFileCfg
 from lift_lab.utils import configclass
-from lift_lab.utils.assets import ASSETS_USD_DIR
+from lift_lab_assets.files import ASSETS_USD_DIR
 
 from . import joint_pos_env_cfg
 from .event_sets import SoftEventCfg

@@ -51,7 +51,7 @@ class ScriptedExpert:
         self.since = torch.zeros_like(self.phase)
 
     def reset(self, env_ids: torch.Tensor) -> None:
-        """Begin anew in some environments."""
+        """Start over in some environments."""
         self.phase[env_ids] = ABOVE
         self.since[env_ids] = 0
 
