@@ -4,7 +4,9 @@ import re
 from pathlib import Path
 
 import lift_lab_tasks  # noqa: F401
+from lift_lab_rl.rsl_rl import to_rsl_rl
 from lift_lab_tasks.utils import load_cfg_from_registry
+from lift_lab_tasks.utils.hydra import compose
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "ppo.md").read_text()
@@ -16,6 +18,12 @@ def test_the_block_of_python_runs():
     names = {}
     exec(compile(code, "ppo.md", "exec"), names)
     assert names["runner"].current_learning_iteration == 1  # rsl_rl counts one less
+
+
+def test_the_command_with_rsl_rls_ppo_is_accepted():
+    (command,) = re.findall(r"--task Lift-Cube-Franka (.*?)\n\n", PAGE.replace("\\\n", " "), flags=re.DOTALL)
+    _, agent = compose("Lift-Cube-Franka", "rsl_rl_cfg_entry_point", command.split())
+    assert to_rsl_rl(agent, ["policy"])["algorithm"]["class_name"] == "PPO"
 
 
 def test_every_file_and_setting_that_is_named_exists():

@@ -32,11 +32,13 @@ SIZE = 2
 # -- what a process does
 
 
-def train(place, folder, on_step=None):
+def train(place, folder, on_step=None, **settings):
     torch.manual_seed(5 + place.rank)
     env = PointEnv(on_step=on_step)
-    first = env.position.clone()
-    runner = LiftLabRunner(env, to_rsl_rl(AgentCfg(num_threads=1)), folder / "run", place=place)
+    first, cfg = env.position.clone(), AgentCfg(num_threads=1)
+    for name, value in settings.items():
+        setattr(cfg.algorithm, name, value)
+    runner = LiftLabRunner(env, to_rsl_rl(cfg), folder / "run", place=place)
     finished = runner.learn(4, init_at_random_ep_len=True)
     content = {
         "model": runner.alg.save(),
@@ -47,6 +49,14 @@ def train(place, folder, on_step=None):
         "writes": runner.logger.writer is not None,
     }
     save_torch(folder / f"end{place.rank}.pt", content)
+
+
+def train_with_rsl_rls_ppo(place, folder):
+    train(place, folder, class_name="PPO")
+
+
+def train_with_rsl_rls_update(place, folder):
+    train(place, folder, micro_batches=False)
 
 
 def train_and_interrupt_one(place, folder):
@@ -199,6 +209,15 @@ def test_processes_see_different_samples_and_end_with_the_same_policy_and_one_wr
     states = {f"{kind}_state_{n}.pt" for kind in ("resume", "rank1") for n in (2, 4)}
     assert names == {"model_2.pt", "model_4.pt", *states}
     assert len(list((tmp_path / "run").glob("events.*"))) == 1
+
+
+@pytest.mark.parametrize("job", [train_with_rsl_rls_ppo, train_with_rsl_rls_update])
+def test_rsl_rls_update_keeps_the_policies_of_all_processes_equal(tmp_path, job):
+    statuses, errors = together(tmp_path, job)
+    assert statuses == [0, 0], errors
+    first, second = ends(tmp_path)
+    assert equal(first["model"], second["model"])
+    assert first["rate"] == second["rate"]
 
 
 def test_two_processes_with_half_the_samples_take_the_steps_of_one_with_all(tmp_path):

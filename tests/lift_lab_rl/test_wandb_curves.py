@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from point_task import AgentCfg, train
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from lift_lab.utils import configclass
@@ -213,6 +214,17 @@ def test_the_configuration_names_the_writer_and_the_project():
     cfg.logger = "neptune"
     with pytest.raises(ConfigError, match="neptune's service ended"):
         to_rsl_rl(cfg)
+
+
+def test_a_training_sends_its_configuration_curves_and_models(wandb, tmp_path):
+    cfg = AgentCfg(logger="wandb")
+    train(tmp_path, cfg=cfg)
+    assert wandb.run.config["train_cfg"]["num_steps_per_env"] == 8
+    assert [step for step, _, _ in wandb.run.logged] == [1, 2, 3, 4]
+    assert all("Loss/surrogate" in values for _, values, _ in wandb.run.logged)
+    assert wandb.run.files == ["model_2.pt", "model_4.pt"]
+    assert wandb.run.finished
+    assert len(curves(tmp_path)["Loss/surrogate"]) == 4
 
 
 OFFLINE = """

@@ -108,10 +108,10 @@ class RslRlPpoAlgorithmCfg:
     """
 
     num_learning_epochs: int = MISSING
-    """Passes over a rollout."""
+    """Epochs: how often an update goes through the rollout."""
 
     num_mini_batches: int = MISSING
-    """Minibatches in a pass."""
+    """Minibatches in an epoch."""
 
     learning_rate: float = MISSING
     """Learning rate, at the start if the schedule adapts it."""

@@ -33,7 +33,7 @@ from .best_policy import BEST, BestPolicy
 from .checkpoint_file import read_checkpoint
 from .ema import LAST, acting_policy
 from .exporter import export_policy_as_jit, export_policy_as_onnx
-from .finite import FiniteGuard
+from .finite_guard import FiniteGuard
 from .gaussian import action_std
 from .model_file import load_infos, load_networks, model_content
 from .ppo import LiftLabPPO
