@@ -10,7 +10,7 @@ Files are imported by a process of their own with bounds on time and memory. A c
 and step) or end in a UsdImportError of one line. Anything else is a failure: another exception, more than thirty
 seconds of computing, the end of the interpreter. Failing files are kept in FOLDER, and the exit status is 1.
 "saved" counts the refused crates and packages that ended, or held up, the process which the importer lets read them
-first (lift_lab.usd.rehearsal): without it they would be failures.
+first (lift_lab.usd.sandbox): without it they would be failures.
 """
 
 from __future__ import annotations

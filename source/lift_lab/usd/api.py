@@ -13,8 +13,8 @@ from lift_lab.usd.audit import raise_on_ignored, reject_nan
 from lift_lab.usd.build import Builder
 from lift_lab.usd.inherited import add_built_in_schemas, inherit_colliders
 from lift_lab.usd.parse import ParsedStage, parse
-from lift_lab.usd.rehearsal import rehearse
 from lift_lab.usd.report import ImportReport, UsdImportError
+from lift_lab.usd.sandbox import import_in_sandbox
 from lift_lab.usd.stage import first_line, note_diagnostics, open_stage, prototypes
 
 
@@ -44,7 +44,7 @@ def load(
     diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # holds USD's own warnings back from stderr
     name = path.GetRootLayer().identifier if isinstance(path, Usd.Stage) else str(path)
     with errors_of_usd(name):
-        layers = [] if isinstance(path, Usd.Stage) else rehearse(path, variants, scale)
+        layers = [] if isinstance(path, Usd.Stage) else import_in_sandbox(path, variants, scale)
         stage = open_stage(path, name, variants, scale)
         del layers
         parsed, spec = import_stage(stage, name, restitution)

@@ -1,4 +1,4 @@
-"""The process that imports files for :mod:`lift_lab.usd.rehearsal` and answers how it went.
+"""The process that imports files for :mod:`lift_lab.usd.sandbox` and reports the result.
 
 Run as a script. One line of JSON comes in first: where packages are found, and the seconds to wait for work. The
 answer to it, and to each request that follows, is one line too. The packages' own ``__init__`` modules are not run:
@@ -44,11 +44,11 @@ def main() -> None:
         request = json.loads(line)
         _limit_memory(request["memory"])
         _limit_time(request["computing_s"], request["clock_s"])
-        answer = rehearse(request["file"], request["variants"], request["scale"])
+        answer = import_in_sandbox(request["file"], request["variants"], request["scale"])
         _limit_time(0, 0)
 
 
-def rehearse(file: str, variants: dict[str, str] | None, scale: Any) -> dict[str, Any]:
+def import_in_sandbox(file: str, variants: dict[str, str] | None, scale: Any) -> dict[str, Any]:
     """Import a file and forget the result.
 
     Returns:

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
-from lift_lab.usd import UsdImportError, load, rehearsal
+from lift_lab.usd import UsdImportError, load, sandbox
 from lift_lab_assets.files import ASSETS_USD_DIR
 
-PROCESS = Path(rehearsal.__file__).with_name("rehearsal_process.py")
+PROCESS = Path(sandbox.__file__).with_name("sandbox_process.py")
 STAND_IN = f"""
 import importlib.util, os, signal, sys, time, types
 spec = importlib.util.spec_from_file_location("process", {str(PROCESS)!r})
@@ -24,7 +24,7 @@ process = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(process)
 sys.modules["lift_lab.usd.api"] = types.ModuleType("api")  # an import that costs nothing
 
-def rehearse(file, variants, scale):
+def import_in_sandbox(file, variants, scale):
     os.write(1, b"noise")
     os.write(2, b"noise")
     what = os.path.basename(file).split(".")[0]
@@ -42,7 +42,7 @@ def rehearse(file, variants, scale):
         log.write("read ")
     return {{"files": []}}
 
-process.rehearse = rehearse
+process.import_in_sandbox = import_in_sandbox
 process.main()
 """
 """A process that does what a file's name says, and leaves a word beside the others."""
@@ -53,7 +53,7 @@ def reader(tmp_path):
     """A reader whose process is the stand-in."""
     script = tmp_path / "stand_in.py"
     script.write_text(STAND_IN)
-    reader = rehearsal.Reader(script, computing_s=0.3)
+    reader = sandbox.Reader(script, computing_s=0.3)
     yield reader
     reader.close()
 
@@ -62,8 +62,8 @@ def reader(tmp_path):
 def asked(monkeypatch):
     """The requests that the real process gets."""
     requests = []
-    ask = rehearsal.Reader._ask
-    monkeypatch.setattr(rehearsal.Reader, "_ask", lambda self, line: requests.append(line) or ask(self, line))
+    ask = sandbox.Reader._ask
+    monkeypatch.setattr(sandbox.Reader, "_ask", lambda self, line: requests.append(line) or ask(self, line))
     return requests
 
 
@@ -160,7 +160,7 @@ def test_the_layers_of_a_text_are_found_through_references_sublayers_variants_an
     }
     for name, text in texts.items():
         (tmp_path / name).write_text(f"#usda 1.0\n{text}")
-    layers, binaries = rehearsal.composed_of(tmp_path / "root.usda")
+    layers, binaries = sandbox.composed_of(tmp_path / "root.usda")
     assert sorted(Path(layer.realPath).name for layer in layers) == ["one.usda", "root.usda"]
     assert [Path(name).name for name in binaries] == ["b.usd", "p.usdz"]
 
@@ -187,7 +187,7 @@ def test_a_file_that_ends_or_holds_up_the_process_is_refused_and_the_next_one_is
 
 
 def test_a_process_that_waits_for_ever_is_ended_by_the_clock(reader, tmp_path, monkeypatch):
-    monkeypatch.setattr(rehearsal, "PATIENCE", 1.0)
+    monkeypatch.setattr(sandbox, "PATIENCE", 1.0)
     path = _file(tmp_path, "sleep.usdc")
     with pytest.raises(UsdImportError, match="of computing"):
         reader.require(path, [path])
@@ -278,7 +278,7 @@ def test_a_forked_process_starts_one_of_its_own_which_ends_with_it(reader, tmp_p
 
 
 def test_where_no_process_can_be_started_a_warning_says_so_and_the_file_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(rehearsal, "_reader", rehearsal.Reader(tmp_path / "gone.py"))
+    monkeypatch.setattr(sandbox, "_reader", sandbox.Reader(tmp_path / "gone.py"))
     with pytest.warns(RuntimeWarning, match="does not start"):
         load(_crate(tmp_path / "one.usdc"))
 
@@ -287,8 +287,8 @@ def test_the_process_imports_no_learning_library(tmp_path):
     """They would make the first binary file wait for seconds."""
     answer = 'lambda *_: {"files": [], "memory": "torch" in sys.modules or "numpy" not in sys.modules}'
     script = tmp_path / "modules.py"
-    script.write_text(f"{STAND_IN.split('sys.modules[')[0]}\nprocess.rehearse = {answer}\nprocess.main()\n")
-    reader = rehearsal.Reader(script)
+    script.write_text(f"{STAND_IN.split('sys.modules[')[0]}\nprocess.import_in_sandbox = {answer}\nprocess.main()\n")
+    reader = sandbox.Reader(script)
     path = _file(tmp_path, "one.usdc")
     reader.require(path, [path])
     reader.close()

@@ -1,9 +1,9 @@
-"""Files are imported by another process first if they are binary, so that a damaged one cannot end this process.
+"""Sandboxed import: another process imports binary files first, so that a damaged one cannot end this process.
 
-usd-core checks text while it parses it. Crates (.usdc) and packages (.usdz) it maps into memory and trusts: a wrong
-count in one can make the composition of the stage follow a pointer to nowhere, or fill the machine's memory. No error
-comes of that, only a signal. So this process opens only what the other one has imported, with time and memory bounded.
-It is started for the first binary file, serves later ones, and leaves when none comes for a while.
+usd-core checks text while it parses it. It maps crates (.usdc) and packages (.usdz) into memory and trusts them: a
+wrong count in one can make the composition of the stage follow an invalid pointer, or fill the machine's memory. This
+gives no error, only a signal. So this process opens only what the other one has imported within limits of time and
+memory. The other process starts with the first binary file, serves later ones, and ends when none comes for a while.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ PATIENCE = 20.0
 IDLE_S = 10.0
 """How long the other process waits for the next file."""
 _BINARY = (b"PXR-USDC", b"PK\x03\x04")
-_SCRIPT = Path(__file__).with_name("rehearsal_process.py")
+_SCRIPT = Path(__file__).with_name("sandbox_process.py")
 _MOST_REMEMBERED = 4096
 
 
-def rehearse(
+def import_in_sandbox(
     file: str | Path, variants: Mapping[str, str] | None = None, scale: float | Sequence[float] | None = None
 ) -> list[Sdf.Layer]:
-    """Find out whether importing a file would end the interpreter; files of text alone cannot and are not tried.
+    """Import a file in the other process, to find out whether that ends it. Text files are not sandboxed.
 
     Args:
         file: A .usd, .usda, .usdc or .usdz file.
