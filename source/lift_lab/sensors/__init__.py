@@ -7,7 +7,7 @@ from lift_lab.isaac.finder import attributes_of
 from .contact_sensor import *
 from .frame_transformer import *
 from .imu import *
-from .sensor_base import SensorBase
+from .sensor_base import SensorBase, find_bodies_by_prim_path
 from .sensor_base_cfg import SensorBaseCfg
 
 if TYPE_CHECKING:
