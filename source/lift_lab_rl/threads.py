@@ -1,4 +1,4 @@
-"""Threads on the CPU: who may use how many, and why the result never depends on it.
+"""Threads of the learner on the CPU. Their number never changes a result.
 
 Torch's own thread pool is held to one thread. It changes sums and matrix products in the last bit with the number
 of threads, and its spinning barriers cost a multiple of what they save when the physics pool wants the same cores.

@@ -22,14 +22,15 @@ def _one_thread():
     torch.set_num_threads(before)
 
 
-def make(cls, *, std_type="log", activation="elu", rows=None, seed=0, **settings):
+def make(cls, *, std_type="log", activation="elu", normalise=(True, True), rows=None, seed=0, **settings):
     torch.manual_seed(seed)
     obs = TensorDict({"policy": torch.zeros(NUM_ENVS, OBS)}, batch_size=[NUM_ENVS])
     groups = {"actor": ["policy"], "critic": ["policy"]}
-    shape = {"hidden_dims": (16, 8), "activation": activation, "obs_normalization": True}
+    shape = {"hidden_dims": (16, 8), "activation": activation}
     distribution = {"class_name": "GaussianDistribution", "init_std": 0.8, "std_type": std_type}
-    actor = MLPModel(obs, groups, "actor", ACTIONS, distribution_cfg=distribution, **shape)
-    critic = MLPModel(obs, groups, "critic", 1, **shape)
+    for_actor, for_critic = ({**shape, "obs_normalization": own} for own in normalise)
+    actor = MLPModel(obs, groups, "actor", ACTIONS, distribution_cfg=distribution, **for_actor)
+    critic = MLPModel(obs, groups, "critic", 1, **for_critic)
     storage = RolloutStorage("rl", NUM_ENVS, STEPS, obs, [ACTIONS])
     settings = {"learning_rate": 3e-3, "num_learning_epochs": 3, "num_mini_batches": 4, **settings}
     algorithm = cls(actor, critic, storage, **settings)
@@ -72,8 +73,10 @@ def weights(algorithm):
         {"std_type": "scalar", "use_clipped_value_loss": False},
         {"activation": "tanh", "normalize_advantage_per_mini_batch": True},
         {"schedule": "fixed", "entropy_coef": 0.0, "desired_kl": None},
+        {"optimizer": "sgd", "normalise": (False, False)},
+        {"optimizer": "adamw", "normalise": (False, True)},
     ],
-    ids=["elu", "scalar std, plain value loss", "tanh, advantages by minibatch", "fixed rate"],
+    ids=["elu", "scalar std, plain value loss", "tanh, advantages by minibatch", "fixed rate", "sgd", "adamw"],
 )
 def test_an_update_ends_where_rsl_rl_ends(settings):
     # One rollout: rsl_rl draws (unused) actions while it learns, so that its later rollouts see other noise.

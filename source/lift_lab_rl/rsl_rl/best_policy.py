@@ -1,4 +1,4 @@
-"""The best policy of a training so far: which it is, by success first and reward second, both smoothed."""
+"""The best policy of a training so far, by smoothed success first and smoothed reward second."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ BEST = "model_best.pt"
 """File of the best policy."""
 
 BEST_EVERY = 10
-"""Iterations between looks at whether the policy is the best so far."""
+"""Iterations between two rankings."""
 
 
 class BestPolicy:
     """Ranks the policies of a training.
 
     Attributes:
-        rank: smoothed success and reward of the best policy; None before the first look.
+        rank: smoothed success and reward of the best policy; None before the first ranking.
     """
 
     def __init__(self, success_metric: str | None = None):
-        """Know no policy yet.
+        """Rank no policy yet.
 
         Args:
             success_metric: log key of success; None takes the first whose last part starts with "success".
@@ -59,17 +59,17 @@ class BestPolicy:
         return next((value for key, value in terms.items() if key.rpartition("/")[2].startswith("success")), None)
 
     def smooth(self, report: IterationReport) -> None:
-        """Take an iteration in."""
+        """Add an iteration to the smoothed success and reward."""
         for name, value in (("success", report.success), ("reward", report.mean_reward)):
             if value is not None:
                 before = self._smoothed.get(name, value)
                 self._smoothed[name] = 0.8 * before + 0.2 * value
 
     def is_new(self, iteration: int) -> bool:
-        """Whether the policy is the best so far; if so, it is the one to beat from now on.
+        """Whether the policy is the best so far; if so, later ones are compared with it.
 
         Args:
-            iteration: iterations finished; there is a look at every :data:`BEST_EVERY` of them.
+            iteration: iterations finished; every :data:`BEST_EVERY`-th is ranked.
         """
         if "reward" not in self._smoothed or iteration % BEST_EVERY:
             return False
@@ -85,6 +85,6 @@ class BestPolicy:
         return {"best": None if self.rank is None else list(self.rank), "smoothed": dict(self._smoothed)}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from a state that holds the entries of :meth:`state_dict`."""
+        """Continue from a state that holds the entries of :meth:`state_dict`."""
         self.rank = None if state["best"] is None else tuple(state["best"])
         self._smoothed = dict(state["smoothed"])

@@ -1,7 +1,7 @@
 """Stop a training before numbers that are not finite reach the policy.
 
-One look at a rollout before its update, one at the networks after it. Nothing is read from a GPU in between. The
-culprit is searched for only when there is one.
+A rollout is checked before its update, the networks after it. Nothing is read from a GPU in between. The term that is
+to blame is searched for only when a number is not finite.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ class RunLogger:
     def episode_logs(self) -> dict[str, float]:
         """The environment's logs of this rollout, each averaged over its episodes that ended.
 
-        What an environment logs without the end of an episode, as of the reset when it is made, is of no episode.
+        Logs of a step in which no episode ended, as of the first reset, are left out.
         """
         if not self._logs:
             return {}

@@ -1,4 +1,4 @@
-"""What an agent's configuration and an environment have to agree on before a training."""
+"""Checks before a training that an agent's configuration fits the environment."""
 
 from __future__ import annotations
 
