@@ -250,6 +250,7 @@ def _all() -> list[WrongInput]:
     add(_TRAIN, (*_CARTPOLE, "agent.policy.class_name=Transformer"), "class_name", "ActorCritic")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.class_name=SAC"), "class_name", "SAC")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.class_name=os:getcwd"), "class_name", "os:getcwd")
+    add(_TRAIN, (*_LIFT, "agent.algorithm.class_name=PPO"), "class_name", "agent.algorithm.mean_reg_coef=0")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.schedule=cosine"), "schedule", "adaptive")
     add(_TRAIN, (*_CARTPOLE, "agent.algorithm.optimizer=lion"), "optimizer", "adam")
     add(_TRAIN, (*_CARTPOLE, "agent.class_name=Runner"), "class_name", "OnPolicyRunner")

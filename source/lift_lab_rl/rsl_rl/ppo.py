@@ -248,7 +248,8 @@ class LiftLabPPO(PPO):
                 first = number * rows
                 totals += self._step({key: value[first : first + rows] for key, value in samples.items()})
         self._update_normalization()
-        self.actor.distribution.update(self.storage.distribution_params[0][0])  # rsl_rl's runner logs its deviation
+        with torch.no_grad():  # rsl_rl's runner logs the deviation of the last distribution
+            self.actor.distribution.update(self.storage.distribution_params[0][0])
         self.storage.clear()
         means = (totals / (self.num_learning_epochs * self.num_mini_batches)).tolist()
         return dict(zip(("value", "surrogate", "entropy", "kl"), means, strict=True))
