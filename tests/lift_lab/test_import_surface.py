@@ -13,7 +13,7 @@ SURFACE = {
         RigidBodyMaterialCfg RigidBodyPropertiesCfg MassPropertiesCfg
         ArticulationRootPropertiesCfg CollisionPropertiesCfg PreviewSurfaceCfg PhysxCfg RenderCfg""",
     "sim.spawners": "UsdFileCfg GroundPlaneCfg CuboidCfg SphereCfg PreviewSurfaceCfg RigidBodyMaterialCfg DomeLightCfg",
-    "sim.spawners.from_files.from_files_cfg": "UsdFileCfg GroundPlaneCfg",
+    "sim.spawners.from_files.from_files_cfg": "UsdFileCfg GroundPlaneCfg UrdfFileCfg MjcfFileCfg",
     "sim.schemas.schemas_cfg": """RigidBodyPropertiesCfg MassPropertiesCfg ArticulationRootPropertiesCfg
         CollisionPropertiesCfg JointDrivePropertiesCfg""",
     "assets": """Articulation ArticulationCfg ArticulationData RigidObject RigidObjectCfg RigidObjectData AssetBase

@@ -6,9 +6,10 @@ A module with a file of its own is never touched, and nothing is loaded before a
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,8 @@ def _names(entry: Unsupported, module: str) -> set[str]:
         return {*entry.modules[module].split()}
     return {name for row in entry.modules if row.startswith(f"{module}.") for name in _names(entry, row)}
 
+
+_FOLDER = os.path.dirname(__file__)
 
 MODULES: dict[str, dict[str, str]] = {}
 """Module -> its names, each with the file of this package that defines it."""
@@ -52,9 +55,10 @@ class TableFinder:
         if real is not None and real.origin is not None:  # not an empty folder that an older version left
             return None
         if not known:
-            raise _wrong_name(ModuleNotFoundError, parent, name, _all_names(parent, []))
-        spec = ModuleSpec(fullname, TableLoader(), origin=__file__, is_package=True)
-        spec.submodule_search_locations = [f"{folder}/{name}" for folder in path or ()]
+            raise _wrong_name(ModuleNotFoundError, parent, name, MODULES[parent])
+        file = next(iter(MODULES[fullname].values()), "table")
+        spec = ModuleSpec(fullname, TableLoader(), origin=os.path.join(_FOLDER, f"{file}.py"), is_package=True)
+        spec.submodule_search_locations = [os.path.join(folder, name) for folder in path or ()]
         return spec
 
 
@@ -67,7 +71,7 @@ class TableLoader(Loader):
     def exec_module(self, module: types.ModuleType) -> None:
         """Give the module its attributes."""
         module.__doc__ = "Names of Isaac Lab that are not supported: see lift_lab.isaac."
-        module.__file__ = __file__
+        module.__file__ = module.__spec__.origin if module.__spec__ else None
         vars(module).update(zip(("__getattr__", "__dir__", "__all__"), attributes_of(module.__name__), strict=True))
 
 
@@ -91,7 +95,7 @@ def attributes_of(module: str) -> tuple[Callable[[str], Any], Callable[[], list[
         for name, value in namespace.items()
         if not (name.startswith("_") or name in hidden or isinstance(value, types.ModuleType))
     ]
-    names = _all_names(module, namespace.get("__all__", own))
+    names = list(dict.fromkeys([*namespace.get("__all__", own), *MODULES[module]]))
 
     def __getattr__(name: str) -> Any:
         if name in MODULES[module]:
@@ -109,16 +113,13 @@ def attributes_of(module: str) -> tuple[Callable[[str], Any], Callable[[], list[
     return __getattr__, __dir__, names
 
 
-def _all_names(module: str, own: Sequence[str]) -> list[str]:
-    return list(dict.fromkeys([*own, *MODULES[module]]))
-
-
-def _wrong_name(kind: type[Exception], module: str, name: str, names: Sequence[str]) -> Exception:
+def _wrong_name(kind: type[Exception], module: str, name: str, names: Iterable[str]) -> Exception:
     if name.startswith("_"):  # Python looks for many of these
         return kind(f"module '{module}' has no '{name}'")
     from lift_lab.utils.errors import suggest
 
-    return kind(f"module '{module}' has no '{name}'; {suggest(name, names)}")
+    below = [row.rpartition(".")[2] for row in MODULES if row.rpartition(".")[0] == module]
+    return kind(f"module '{module}' has no '{name}'; {suggest(name, [*names, *below])}")
 
 
 def place(file: str) -> None:

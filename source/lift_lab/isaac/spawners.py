@@ -1,15 +1,15 @@
-"""Camera prims, and spawners of assets that differ between environments."""
+"""Camera prims, files other than USD, and assets that differ between environments."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal, NoReturn
 
-from lift_lab.sim.spawners.from_files import UsdFileCfg
+from lift_lab.sim.spawners.from_files import FileCfg, UsdFileCfg
 from lift_lab.sim.spawners.spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, SpawnerCfg
 from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE, POSITIVE_SPAN_OR_INF, Ranges
 
 from .finder import place
-from .table import CAMERA_PRIMS, SEVERAL_ASSETS
+from .table import CAMERA_PRIMS, OTHER_FILES, SEVERAL_ASSETS
 
 
 def spawn_camera(prim_path: str, cfg: Any) -> NoReturn:
@@ -19,6 +19,24 @@ def spawn_camera(prim_path: str, cfg: Any) -> NoReturn:
         ConfigError: always.
     """
     raise CAMERA_PRIMS.error(prim_path=prim_path, name=type(cfg).__name__)
+
+
+def spawn_from_urdf(prim_path: str, cfg: Any) -> NoReturn:
+    """Refuse to spawn a URDF file.
+
+    Raises:
+        ConfigError: always.
+    """
+    raise OTHER_FILES.error(prim_path=prim_path, kind="URDF", cfg=cfg)
+
+
+def spawn_from_mjcf(prim_path: str, cfg: Any) -> NoReturn:
+    """Refuse to spawn an MJCF file.
+
+    Raises:
+        ConfigError: always.
+    """
+    raise OTHER_FILES.error(prim_path=prim_path, kind="MJCF", cfg=cfg)
 
 
 def spawn_multi_asset(prim_path: str, cfg: Any) -> NoReturn:
@@ -96,6 +114,49 @@ class MultiUsdFileCfg(UsdFileCfg):
     func: Callable = spawn_multi_usd_file
     usd_path: str | list[str] = MISSING
     random_choice: bool = True
+
+
+@configclass
+class UrdfFileCfg(FileCfg):
+    """A URDF file."""
+
+    func: Callable = spawn_from_urdf
+    asset_path: str = MISSING
+    usd_dir: str | None = None
+    usd_file_name: str | None = None
+    force_usd_conversion: bool = False
+    make_instanceable: bool = True
+    fix_base: bool = MISSING
+    root_link_name: str | None = None
+    link_density: float = 0.0
+    merge_fixed_joints: bool = True
+    convert_mimic_joints_to_normal_joints: bool = False
+    joint_drive: Any = None
+    collision_from_visuals: bool = False
+    collider_type: str = "convex_hull"
+    self_collision: bool = False
+    replace_cylinders_with_capsules: bool = False
+
+    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}
+
+
+@configclass
+class MjcfFileCfg(FileCfg):
+    """An MJCF file."""
+
+    func: Callable = spawn_from_mjcf
+    asset_path: str = MISSING
+    usd_dir: str | None = None
+    usd_file_name: str | None = None
+    force_usd_conversion: bool = False
+    make_instanceable: bool = True
+    link_density: float = 0.0
+    import_inertia_tensor: bool = True
+    fix_base: bool = MISSING
+    import_sites: bool = True
+    self_collision: bool = False
+
+    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}
 
 
 place(__name__)

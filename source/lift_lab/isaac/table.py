@@ -93,6 +93,16 @@ CAMERA_PRIMS = Unsupported(
     },
 )
 
+OTHER_FILES = Unsupported(
+    "spawners",
+    "'{prim_path}': {kind} files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg",
+    {
+        "sim.spawners.from_files": "*",
+        "sim.spawners.from_files.from_files": "spawn_from_mjcf spawn_from_urdf",
+        "sim.spawners.from_files.from_files_cfg": "MjcfFileCfg UrdfFileCfg",
+    },
+)
+
 RAY_CASTERS = Unsupported(
     "sensors",
     "'{cfg.prim_path}': ray casters are not simulated; remove the sensor from the scene",

@@ -61,6 +61,7 @@ def test_every_reason_is_one_line_that_names_its_subject():
         ("lift_lab.devices", "Se3KeybordCfg", "Se3KeyboardCfg"),
         ("lift_lab.devices.keyboard.se3_keyboard", "Se3KeybordCfg", "Se3KeyboardCfg"),
         ("lift_lab.sensors.camera", "CamraCfg", "CameraCfg"),
+        ("lift_lab.devices", "keybord", "keyboard"),
     ],
 )
 def test_a_wrong_name_is_an_error_with_the_nearest(module, wrong, nearest):

@@ -1,16 +1,13 @@
 """Spawners of USD files and of the ground plane."""
 
-from .from_files import spawn_from_mjcf, spawn_from_urdf, spawn_from_usd, spawn_ground_plane
-from .from_files_cfg import FileCfg, GroundPlaneCfg, MjcfFileCfg, UrdfFileCfg, UsdFileCfg
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "FileCfg",
-    "GroundPlaneCfg",
-    "MjcfFileCfg",
-    "UrdfFileCfg",
-    "UsdFileCfg",
-    "spawn_from_mjcf",
-    "spawn_from_urdf",
-    "spawn_from_usd",
-    "spawn_ground_plane",
-]
+from lift_lab.isaac.finder import attributes_of
+
+from .from_files import spawn_from_usd, spawn_ground_plane
+from .from_files_cfg import FileCfg, GroundPlaneCfg, UsdFileCfg
+
+if TYPE_CHECKING:
+    from ....isaac.spawners import MjcfFileCfg, UrdfFileCfg, spawn_from_mjcf, spawn_from_urdf
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

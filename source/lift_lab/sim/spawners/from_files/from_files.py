@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import mujoco
 
 from lift_lab import usd
+from lift_lab.isaac.finder import attributes_of
 from lift_lab.utils.assets import resolve_usd_path
-from lift_lab.utils.errors import ConfigError
 
 from ...ignored import note_ignored
 from ..appearance import apply_appearance
@@ -17,7 +17,7 @@ from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
 
 if TYPE_CHECKING:
-    from .from_files_cfg import GroundPlaneCfg, MjcfFileCfg, UrdfFileCfg, UsdFileCfg
+    from .from_files_cfg import GroundPlaneCfg, UsdFileCfg
 
 
 def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
@@ -69,19 +69,8 @@ def spawn_ground_plane(prim_path: str, cfg: GroundPlaneCfg) -> Spawned:
     return Spawned(spec)
 
 
-def spawn_from_urdf(prim_path: str, cfg: UrdfFileCfg) -> NoReturn:
-    """Isaac Lab's spawner of URDF files.
-
-    Raises:
-        ConfigError: always.
-    """
-    raise ConfigError(f"'{prim_path}': URDF files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg")
-
-
-def spawn_from_mjcf(prim_path: str, cfg: MjcfFileCfg) -> NoReturn:
-    """Isaac Lab's spawner of MJCF files.
-
-    Raises:
-        ConfigError: always.
-    """
-    raise ConfigError(f"'{prim_path}': MJCF files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg")
+if TYPE_CHECKING:
+    from ....isaac.spawners import spawn_from_mjcf as spawn_from_mjcf
+    from ....isaac.spawners import spawn_from_urdf as spawn_from_urdf
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)

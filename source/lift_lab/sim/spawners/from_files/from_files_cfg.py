@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+from lift_lab.isaac.finder import attributes_of
 from lift_lab.utils import configclass
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE_OR_INF, Ranges
 
 from ... import schemas
 from .. import materials
 from ..spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, SpawnerCfg
-from .from_files import spawn_from_mjcf, spawn_from_urdf, spawn_from_usd, spawn_ground_plane
+from .from_files import spawn_from_usd, spawn_ground_plane
 
 
 @configclass
@@ -59,44 +60,8 @@ class GroundPlaneCfg(SpawnerCfg):
     _ranges: ClassVar[Ranges] = {"color": NOT_NEGATIVE, "size": POSITIVE_OR_INF}
 
 
-@configclass
-class UrdfFileCfg(FileCfg):
-    """A URDF file (data only): spawning one raises."""
-
-    func: Callable = spawn_from_urdf
-    asset_path: str = MISSING
-    usd_dir: str | None = None
-    usd_file_name: str | None = None
-    force_usd_conversion: bool = False
-    make_instanceable: bool = True
-    fix_base: bool = MISSING
-    root_link_name: str | None = None
-    link_density: float = 0.0
-    merge_fixed_joints: bool = True
-    convert_mimic_joints_to_normal_joints: bool = False
-    joint_drive: Any = None
-    collision_from_visuals: bool = False
-    collider_type: str = "convex_hull"
-    self_collision: bool = False
-    replace_cylinders_with_capsules: bool = False
-
-    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}
-
-
-@configclass
-class MjcfFileCfg(FileCfg):
-    """An MJCF file (data only): spawning one raises."""
-
-    func: Callable = spawn_from_mjcf
-    asset_path: str = MISSING
-    usd_dir: str | None = None
-    usd_file_name: str | None = None
-    force_usd_conversion: bool = False
-    make_instanceable: bool = True
-    link_density: float = 0.0
-    import_inertia_tensor: bool = True
-    fix_base: bool = MISSING
-    import_sites: bool = True
-    self_collision: bool = False
-
-    _ranges: ClassVar[Ranges] = {"link_density": NOT_NEGATIVE}
+if TYPE_CHECKING:
+    from ....isaac.spawners import MjcfFileCfg as MjcfFileCfg
+    from ....isaac.spawners import UrdfFileCfg as UrdfFileCfg
+else:
+    __getattr__, __dir__, __all__ = attributes_of(__name__)
