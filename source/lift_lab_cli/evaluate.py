@@ -14,7 +14,7 @@ from pathlib import Path
 from lift_lab.app import AppLauncher, cli
 
 from .arguments import add_checkpoint_flags, check_checkpoint_flags, positive, split_overrides, task_parser
-from .rsl_rl_library import RslRl, check_agent, make_runner
+from .rsl_rl_library import RslRl, check_agent, find_policy, make_runner
 
 MOST_ENVS = 1024
 """Environments that run at once, unless --num_envs says otherwise."""
@@ -57,7 +57,7 @@ def main() -> int:
     from lift_lab_rl.perturbations import perturb_all
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.settings import Settings
-    from lift_lab_tasks.utils import runs, task_kwargs
+    from lift_lab_tasks.utils import task_kwargs
 
     check_agent(args)
     if args.json is not None:
@@ -65,10 +65,8 @@ def main() -> int:
     settings = Settings(args.task, args.agent, overrides, flags)
     settings.resolve(num_envs=min(args.episodes, MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
-    runs.check_run_names(agent_cfg)
     perturb_all(env_cfg, args.perturb)
-    checkpoint = runs.find_checkpoint(agent_cfg, args.checkpoint, agent_cfg.load_run, args.task)
-    runs.note_other_task(checkpoint, args.task)
+    checkpoint = find_policy(settings, args)
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()

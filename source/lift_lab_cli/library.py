@@ -96,8 +96,6 @@ class Library(abc.ABC):
 
     name: ClassVar[str]
     """Short name: of the extra that installs it, of ``logs/NAME``, and of the key ``NAME_cfg_entry_point``."""
-    title: ClassVar[str]
-    """Its name for users."""
     package: ClassVar[str]
     """Python package that it needs."""
     training_help: ClassVar[str]
@@ -254,15 +252,15 @@ def find_library(name: str) -> Library:
     Raises:
         NotFoundError: there is no such library.
     """
-    from lift_lab.utils.errors import NotFoundError, suggest
-
-    module, _, kind = LIBRARIES.get(name, name).partition(":")
-    try:
+    if name in LIBRARIES:
+        module, _, kind = LIBRARIES[name].partition(":")
         return getattr(importlib.import_module(module), kind)()
-    except (ModuleNotFoundError, AttributeError, ValueError) as error:
-        if isinstance(error, ModuleNotFoundError) and error.name not in (module, module.partition(".")[0]):
-            raise
-        raise NotFoundError(f"no library '{name}': {suggest(name, LIBRARIES)}, or module:Class") from error
+    from lift_lab.utils.errors import NotFoundError, suggest
+    from lift_lab_tasks.utils.parse_cfg import resolve_entry_point
+
+    if ":" not in name:
+        raise NotFoundError(f"no library '{name}'; {suggest(name, [*LIBRARIES, 'module:Class'])}")
+    return resolve_entry_point(name, f"library '{name}'")
 
 
 def until_interrupted(train: Callable[[], Any]) -> int | None:

@@ -34,7 +34,7 @@ class RslRl(Library):
     (TorchScript) and ``exported/policy.onnx`` beside it, both checked against the policy.
     """
 
-    name, title, package = "rsl_rl", "rsl_rl's PPO", "rsl_rl"
+    name, package = "rsl_rl", "rsl_rl"
     training_help = "Train a policy with rsl_rl's PPO."
     playing_help = "Run a trained policy, and export it."
     continues_runs = True
@@ -79,7 +79,6 @@ class RslRl(Library):
     def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
         from lift_lab.utils.errors import ConfigError
         from lift_lab_rl.rsl_rl.wandb_writer import require_logger
-        from lift_lab_tasks.utils.runs import check_run_names
 
         agent = settings.agent
         if training:
@@ -92,7 +91,6 @@ class RslRl(Library):
             for cfg in (settings.env.sim, agent):
                 cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
         settings.resolve(training)
-        check_run_names(agent)
         settings.env.sim.device, agent.device = place.device(settings.env.sim.device), place.device(agent.device)
 
     # -- runs
@@ -130,11 +128,7 @@ class RslRl(Library):
         return _Training(env, run)
 
     def find_policy(self, settings: Settings, args: argparse.Namespace) -> Path:
-        from lift_lab_tasks.utils.runs import find_checkpoint, note_other_task
-
-        checkpoint = find_checkpoint(settings.agent, args.checkpoint, settings.agent.load_run, settings.task)
-        note_other_task(checkpoint, settings.task)
-        return checkpoint
+        return find_policy(settings, args)
 
     def output_folder(self, settings: Settings, checkpoint: Path) -> Path:
         from lift_lab_tasks.utils.runs import output_dir
@@ -171,6 +165,19 @@ def check_agent(args: argparse.Namespace) -> None:
     usable += SCRIPTED if hasattr(args, "replay") else ()
     if args.agent not in usable:
         raise NotFoundError(f"task '{args.task}' has no '{args.agent}' for rsl_rl; {suggest(args.agent, usable)}")
+
+
+def find_policy(settings: Settings, args: argparse.Namespace) -> Path:
+    """The checkpoint that a user means; says so if it is of another task.
+
+    Raises:
+        FileError: there is none.
+    """
+    from lift_lab_tasks.utils.runs import find_checkpoint, note_other_task
+
+    checkpoint = find_checkpoint(settings.agent, args.checkpoint, settings.agent.load_run, settings.task)
+    note_other_task(checkpoint, settings.task)
+    return checkpoint
 
 
 def make_runner(env: Any, agent: Any, *more: Any) -> tuple[Any, Any]:

@@ -24,7 +24,7 @@ class Sb3(Library):
     from the weights of an earlier model. ``play`` takes ``model.zip`` of the newest run of the task, without ``-Play``.
     """
 
-    name, title, package = "sb3", "Stable-Baselines3's PPO", "stable_baselines3"
+    name, package = "sb3", "stable_baselines3"
     training_help = "Train a policy with Stable-Baselines3's PPO."
     playing_help = "Run a policy that Stable-Baselines3 trained."
     final_model, numbered_model = (r"model\.zip", "model.zip"), (r"model_\d+_steps\.zip", "model_N_steps.zip")

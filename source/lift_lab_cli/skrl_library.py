@@ -22,7 +22,7 @@ class Skrl(Library):
     run of the task, without ``-Play``.
     """
 
-    name, title, package = "skrl", "skrl", "skrl"
+    name, package = "skrl", "skrl"
     training_help = "Train a policy with skrl."
     playing_help = "Run a policy that skrl trained."
     final_model, numbered_model = (r"best_agent\.pt", "best_agent.pt"), (r"agent_\d+\.pt", "agent_N.pt")

@@ -106,6 +106,7 @@ class Study:
             "num_envs": args.num_envs,
             "overrides": overrides,
         }
+        self._lengths: dict[str, int] = {}  # iterations of the trainings, by label
         self._common = ["--num_threads", str(args.num_threads)] if args.num_threads else []
         self._common += ["--device", args.device] if args.device else []
 
@@ -136,7 +137,7 @@ class Study:
                     continue
                 settings.resolve(training=True)
                 agents[label] = settings.agent
-        length = {label: agent.max_iterations for label, agent in agents.items()}
+        self._lengths = length = {label: agent.max_iterations for label, agent in agents.items()}
         for job in self.jobs:  # what an earlier call has trained is found when it is needed
             label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None
             if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
@@ -227,7 +228,7 @@ class Study:
         from lift_lab.utils.errors import FileError
         from lift_lab_rl.study.jobs import best_checkpoint, checkpoint_at, newest_checkpoint
 
-        wanted = self.args.max_iterations or self._configured_iterations(job)
+        wanted = self._lengths[job.variant.label]
         found = newest_checkpoint(self.folder, job.name, self._readable)
         if found is None or found[1] < wanted:
             flags = ["--task", job.variant.task, "--seed", job.seed, "--max_iterations", wanted]
@@ -268,12 +269,6 @@ class Study:
         from lift_lab_rl.rsl_rl.run_files import Readable
 
         return Readable(lambda text: print(text, file=sys.stderr)).checkpoint(checkpoint)
-
-    def _configured_iterations(self, job: Any) -> int:
-        from lift_lab_tasks.utils.hydra import compose
-
-        overrides = [*job.variant.overrides, *self.overrides]
-        return compose(job.variant.task, "rsl_rl_cfg_entry_point", overrides)[1].max_iterations
 
     def _evaluate(self, job: Any, perturb: list[str]) -> bool:
         from lift_lab_rl.study.jobs import read_evaluation

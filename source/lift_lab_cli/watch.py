@@ -10,7 +10,7 @@ from typing import Any
 
 from lift_lab.app import cli, endings
 
-from .rsl_rl_library import SCRIPTED, check_agent, make_runner
+from .rsl_rl_library import SCRIPTED, check_agent, find_policy, make_runner
 
 _MOST_ENVS = 50
 """Environments shown unless told otherwise."""
@@ -76,19 +76,14 @@ def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSet
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.viewer import ViewerSession, record_replay
     from lift_lab_tasks.settings import Settings
-    from lift_lab_tasks.utils import runs, task_kwargs
+    from lift_lab_tasks.utils import task_kwargs
 
     check_agent(args)
     settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, flags)
     settings.resolve(num_envs=min(settings.env.scene.num_envs, _MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
-    runs.check_run_names(agent_cfg)
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
-    checkpoint = (
-        None if agent_cfg is None else runs.find_checkpoint(agent_cfg, args.checkpoint, agent_cfg.load_run, args.task)
-    )
-    if checkpoint is not None:
-        runs.note_other_task(checkpoint, args.task)
+    checkpoint = None if agent_cfg is None else find_policy(settings, args)
     with contextlib.suppress(ConfigError):  # not every task says what success is
         add_success_probe(env_cfg, task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":

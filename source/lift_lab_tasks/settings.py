@@ -18,6 +18,7 @@ from lift_lab.utils.errors import ConfigError
 
 from .utils.hydra import compose, find_entry, given_paths, set_entry
 from .utils.parse_cfg import num_envs_for_device
+from .utils.runs import check_run_names
 
 
 class Settings:
@@ -88,7 +89,7 @@ class Settings:
             num_envs: environments unless their number is given; None for what suits the device.
 
         Raises:
-            ConfigError: no such device, or a setting is outside of its range.
+            ConfigError: no such device, a setting is outside of its range, or a name cannot be a run's.
         """
         if not training:
             self._leave_out_training_only()
@@ -102,6 +103,7 @@ class Settings:
                 self.agent.device = self.env.sim.device
             self.agent.device = resolve_device(self.agent.device)
             validate(self.agent, "agent")
+            check_run_names(self.agent)
 
     @property
     def seed(self) -> int | None:

@@ -85,10 +85,19 @@ def test_a_training_that_is_refused_leaves_no_folder(call, constant, tmp_path, m
     assert [path.name for path in tmp_path.iterdir()] == ["constant.yaml"]
 
 
-@pytest.mark.parametrize("name", ["sb", "lift_lab_cli.nothing:X", "lift_lab_cli.library:Nothing", "no.such:X"])
-def test_an_unknown_library_is_answered_with_the_known_ones(name):
-    with pytest.raises(NotFoundError, match=f"no library '{name}'"):
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("sb", "no library 'sb'; did you mean 'sb3'?"),
+        ("xyz", "no library 'xyz'; choose one of: 'rsl_rl', 'sb3', 'skrl', 'module:Class'"),
+        ("lift_lab_cli.nothing:X", "cannot import 'lift_lab_cli.nothing'"),
+        ("lift_lab_cli.library:Libary", "'lift_lab_cli.library' has no 'Libary'; did you mean 'Library'"),
+    ],
+)
+def test_an_unknown_library_is_answered_with_the_nearest(name, message):
+    with pytest.raises(NotFoundError) as caught:
         find_library(name)
+    assert message in str(caught.value)
 
 
 def interrupt():
