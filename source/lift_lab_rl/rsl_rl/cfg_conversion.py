@@ -30,6 +30,22 @@ LIFT_LAB_PPO = "lift_lab_rl.rsl_rl.ppo:LiftLabPPO"
 WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
 
 
+_PARTS: dict[str, tuple[Any, ...]] = {
+    "algorithm.micro_batches": (None, False),
+    "algorithm.entropy_coef_final": (None,),
+    "algorithm.desired_kl_final": (None,),
+    "algorithm.gamma_final": (None,),
+    "algorithm.mean_reg_coef": (0,),
+    "algorithm.advantage_clip": (None,),
+    "algorithm.time_out_bootstrap": (PREVIOUS_OBS,),
+    "average_share": (0,),
+    "policy.init_action_mean": (None,),
+}
+"""Setting of each part of our PPO, and the values that switch it off."""
+
+_OURS = {path.rpartition(".")[2] for path in _PARTS} | {"anneal_iterations", "advantage_clip_start"}
+
+
 def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",)) -> dict[str, Any]:
     """The dictionary that rsl_rl 5's runner takes.
 
@@ -138,29 +154,14 @@ def _algorithm(cfg: RslRlOnPolicyRunnerCfg) -> dict[str, Any]:
     }
     if issubclass(_algorithm_class(algorithm["class_name"], name), LiftLabPPO):
         return algorithm | more
-    used = [text for path, off, text in _PARTS if _value_at(cfg, path) != off]
+    used = {path: off[0] for path, off in _PARTS.items() if _value_at(cfg, path) not in off}
     if used:
+        overrides = (f"agent.{path}={'null' if off is None else off}" for path, off in used.items())
         raise ConfigError(
             f"agent.algorithm.class_name: '{name}' has none of the parts of LiftLabPPO; "
-            f"switch off those that are on: {' '.join(used)}"
+            f"switch off those that are on: {' '.join(overrides)}"
         )
     return {key: value for key, value in algorithm.items() if key not in _OURS}
-
-
-_PARTS = (
-    ("algorithm.micro_batches", None, "agent.algorithm.micro_batches=null"),
-    ("algorithm.entropy_coef_final", None, "agent.algorithm.entropy_coef_final=null"),
-    ("algorithm.desired_kl_final", None, "agent.algorithm.desired_kl_final=null"),
-    ("algorithm.gamma_final", None, "agent.algorithm.gamma_final=null"),
-    ("algorithm.mean_reg_coef", 0.0, "agent.algorithm.mean_reg_coef=0"),
-    ("algorithm.advantage_clip", None, "agent.algorithm.advantage_clip=null"),
-    ("algorithm.time_out_bootstrap", PREVIOUS_OBS, f"agent.algorithm.time_out_bootstrap={PREVIOUS_OBS}"),
-    ("average_share", 0.0, "agent.average_share=0"),
-    ("policy.init_action_mean", None, "agent.policy.init_action_mean=null"),
-)
-"""Setting of each part of our PPO, the value that switches it off, and the override that does."""
-
-_OURS = {path.rpartition(".")[2] for path, *_ in _PARTS} | {"anneal_iterations", "advantage_clip_start"}
 
 
 def _value_at(cfg: RslRlOnPolicyRunnerCfg, path: str) -> Any:
