@@ -359,9 +359,10 @@ def differs(layer: Sdf.Layer, path: Path) -> bool:
 
     The last digits of numbers may: sines and products round differently on another processor.
     """
-    if not path.is_file():
+    there = Sdf.Layer.OpenAsAnonymous(str(path)) if path.is_file() else None
+    if there is None:
         return True
-    texts = [text.ExportToString() for text in (Sdf.Layer.OpenAsAnonymous(str(path)), layer)]
+    texts = [text.ExportToString() for text in (there, layer)]
     words, numbers = zip(*((_NUMBER.sub("0", text), _NUMBER.findall(text)) for text in texts), strict=True)
     return words[0] != words[1] or not np.allclose(*(np.array(n, float) for n in numbers), rtol=1e-12, atol=1e-12)
 

@@ -111,14 +111,14 @@ def with_lift_lab(path):
 def with_mujoco_usd(path):
     """MuJoCo's own decoder."""
     import mujoco
-    import mujoco._usd  # registers the decoder
+    import mujoco._usd  # pyright: ignore[reportMissingImports]  # registers the decoder
 
     return of_mujoco(mujoco.MjSpec.from_file(path).compile())
 
 
 def with_newton(path):
     """Newton's builder, before any of its solvers."""
-    import newton
+    import newton  # pyright: ignore[reportMissingImports]
     import numpy as np
 
     builder = newton.ModelBuilder()

@@ -117,8 +117,8 @@ def seed_files(shipped: bool = True) -> list[Seed]:
         for path in sorted(ASSETS_USD_DIR.glob("*.usda")) if shipped else ():
             text = path.read_text()
             texts.append(Seed(path.name, re.sub(r"@\./", f"@{path.parent.as_posix()}/", text).encode()))
-            if "@" not in text:
-                layers[path.stem] = Sdf.Layer.OpenAsAnonymous(str(path))
+            if "@" not in text and (layer := Sdf.Layer.OpenAsAnonymous(str(path))):
+                layers[path.stem] = layer
         for name, layer in layers.items():
             crate, package = Path(folder) / f"{name}.usdc", Path(folder) / f"{name}.usdz"
             layer.Export(str(crate))

@@ -9,10 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import robots
-from .files import ASSETS_USD_DIR, PRETRAINED_DIR
+from .files import ASSETS_USD_DIR as ASSETS_USD_DIR
+from .files import PRETRAINED_DIR as PRETRAINED_DIR
 
 if TYPE_CHECKING:
     from lift_lab.assets import ArticulationCfg
+
+    from .robots.cartpole import *  # an editor completes the robots of these modules
+    from .robots.franka import *
 
 LIFT_LAB_ASSETS_USD_DIR = str(ASSETS_USD_DIR)
 """Folder of the USD files, named as in Isaac Lab."""

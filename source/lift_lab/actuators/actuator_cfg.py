@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, NOT_NEGATIVE_OR_INF, POSITIVE_OR_INF, Ranges
 
 from .actuator_net import ActuatorNetLSTM, ActuatorNetMLP

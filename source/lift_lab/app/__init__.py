@@ -5,3 +5,5 @@ can set environment variables before they are imported.
 """
 
 from .app_launcher import AppLauncher
+
+__all__ = ["AppLauncher"]

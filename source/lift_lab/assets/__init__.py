@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from lift_lab.isaac.finder import attributes_of
 
 from .articulation import *
-from .asset_base import AssetBase
-from .asset_base_cfg import AssetBaseCfg
+from .asset_base import *
+from .asset_base_cfg import *
 from .deformable_object import *
 from .rigid_object import *
 

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
     from .asset_base_cfg import AssetBaseCfg
 
+__all__ = [
+    "AssetBase",
+]
+
 logger = logging.getLogger(__name__)
 
 Values = torch.Tensor | np.ndarray | Sequence[float] | float

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, Ranges
 
 from .asset_base import AssetBase
+
+__all__ = [
+    "AssetBaseCfg",
+]
 
 
 @configclass

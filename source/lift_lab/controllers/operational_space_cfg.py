@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE_SPAN, Ranges
 
 from .operational_space import OperationalSpaceController

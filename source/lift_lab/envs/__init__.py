@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 from lift_lab.isaac.finder import attributes_of
 
 from . import mdp
-from .common import VecEnvObs, VecEnvStepReturn, ViewerCfg
-from .manager_based_env import ManagerBasedEnv
-from .manager_based_env_cfg import ManagerBasedEnvCfg
-from .manager_based_rl_env import ManagerBasedRLEnv
-from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
-from .vector_env import ManagerBasedRLVectorEnv
+from .common import *
+from .manager_based_env import *
+from .manager_based_env_cfg import *
+from .manager_based_rl_env import *
+from .manager_based_rl_env_cfg import *
+from .vector_env import *
 
 if TYPE_CHECKING:
     from ..isaac.envs import *

@@ -9,6 +9,12 @@ import torch
 from lift_lab.utils import configclass
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, Ranges
 
+__all__ = [
+    "VecEnvObs",
+    "VecEnvStepReturn",
+    "ViewerCfg",
+]
+
 
 @configclass
 class ViewerCfg:

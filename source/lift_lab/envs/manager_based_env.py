@@ -26,6 +26,10 @@ from .manager_based_env_cfg import ManagerBasedEnvCfg
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
+__all__ = [
+    "ManagerBasedEnv",
+]
+
 logger = logging.getLogger(__name__)
 
 _IGNORED = {

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import Any, ClassVar
 
 from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
 
 from . import mdp
 from .common import ViewerCfg
+
+__all__ = [
+    "ManagerBasedEnvCfg",
+]
 
 
 @configclass

@@ -25,6 +25,10 @@ from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
 
+__all__ = [
+    "ManagerBasedRLEnv",
+]
+
 
 class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     """A batch of environments that reset themselves: call :meth:`reset` once, then :meth:`step`.

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .manager_based_env_cfg import ManagerBasedEnvCfg
+
+__all__ = [
+    "ManagerBasedRLEnvCfg",
+]
 
 
 @configclass

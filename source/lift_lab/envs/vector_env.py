@@ -19,6 +19,10 @@ from .manager_based_rl_env import ManagerBasedRLEnv
 if TYPE_CHECKING:
     from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
 
+__all__ = [
+    "ManagerBasedRLVectorEnv",
+]
+
 
 class ManagerBasedRLVectorEnv(VectorEnv):
     """Steps a :class:`ManagerBasedRLEnv` with numpy arrays.

@@ -26,3 +26,32 @@ from .recorder_manager import DatasetExportMode, RecorderManager, RecorderManage
 from .reward_manager import RewardManager
 from .scene_entity_cfg import SceneEntityCfg
 from .termination_manager import TerminationManager
+
+__all__ = [
+    "ActionManager",
+    "ActionTerm",
+    "ActionTermCfg",
+    "CommandManager",
+    "CommandTerm",
+    "CommandTermCfg",
+    "CurriculumManager",
+    "CurriculumTermCfg",
+    "DatasetExportMode",
+    "EventManager",
+    "EventTermCfg",
+    "ManagerBase",
+    "ManagerTermBase",
+    "ManagerTermBaseCfg",
+    "ObservationGroupCfg",
+    "ObservationManager",
+    "ObservationTermCfg",
+    "RecorderManager",
+    "RecorderManagerBaseCfg",
+    "RecorderTerm",
+    "RecorderTermCfg",
+    "RewardManager",
+    "RewardTermCfg",
+    "SceneEntityCfg",
+    "TerminationManager",
+    "TerminationTermCfg",
+]

@@ -6,10 +6,9 @@ Field names and defaults are those of Isaac Lab 2.3 (``isaaclab.managers.manager
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import Any, ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.modifiers import ModifierCfg
 from lift_lab.utils.noise import NoiseCfg, NoiseModelCfg
 from lift_lab.utils.ranges import (

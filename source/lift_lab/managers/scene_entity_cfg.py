@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.ranges import WHOLE, Ranges
 

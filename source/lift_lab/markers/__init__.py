@@ -1,4 +1,4 @@
 """Visualisation markers."""
 
 from .config import *
-from .visualization_markers import VisualizationMarkers, VisualizationMarkersCfg
+from .visualization_markers import *

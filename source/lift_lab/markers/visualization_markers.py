@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING
 from weakref import WeakKeyDictionary
 
 import torch
@@ -11,10 +10,12 @@ import torch
 from lift_lab.drawing.shapes import Primitive
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.errors import ConfigError
 
 from .drawn import primitives
+
+__all__ = ["VisualizationMarkers", "VisualizationMarkersCfg"]
 
 
 @configclass

@@ -7,8 +7,8 @@ from lift_lab.isaac.finder import attributes_of
 from .contact_sensor import *
 from .frame_transformer import *
 from .imu import *
-from .sensor_base import SensorBase, find_bodies_by_prim_path
-from .sensor_base_cfg import SensorBaseCfg
+from .sensor_base import *
+from .sensor_base_cfg import *
 
 if TYPE_CHECKING:
     from ..isaac.sensors import *

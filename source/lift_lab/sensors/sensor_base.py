@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from .sensor_base_cfg import SensorBaseCfg
 
+__all__ = ["SensorBase", "find_bodies_by_prim_path"]
+
 _ENV_REGEX_NS = "/World/envs/env_.*"
 """What ``{ENV_REGEX_NS}`` stands for, where a config writes it out."""
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, Ranges
 
 from .sensor_base import SensorBase
+
+__all__ = [
+    "SensorBaseCfg",
+]
 
 
 @configclass

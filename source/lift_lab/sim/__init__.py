@@ -3,8 +3,8 @@
 Import as Isaac Lab users do: ``import lift_lab.sim as sim_utils``.
 """
 
-from .ignored import note_ignored
+from .ignored import *
 from .schemas import *
-from .simulation_cfg import MujocoCfg, PhysxCfg, RenderCfg, SimulationCfg
-from .simulation_context import SimulationContext
+from .simulation_cfg import *
+from .simulation_context import *
 from .spawners import *

@@ -12,6 +12,8 @@ from dataclasses import MISSING
 from rich.console import Console
 from rich.table import Table
 
+__all__ = ["note_ignored"]
+
 logger = logging.getLogger(__name__)
 
 _pending: dict[str, str] = {}

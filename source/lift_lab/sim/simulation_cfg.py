@@ -20,6 +20,8 @@ from lift_lab.utils.ranges import (
 from .engines import engine_names
 from .spawners.materials import RigidBodyMaterialCfg
 
+__all__ = ["MujocoCfg", "PhysxCfg", "RenderCfg", "SimulationCfg"]
+
 
 @configclass
 class PhysxCfg:

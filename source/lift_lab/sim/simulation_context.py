@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
     from .physics.base import Physics
 
+__all__ = ["SimulationContext"]
+
 
 _IGNORED = {
     "enable_scene_query_support": "PhysX scene queries",

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 from lift_lab.isaac.finder import attributes_of
 
-from .terrain_importer import TerrainImporter
-from .terrain_importer_cfg import TerrainImporterCfg
+from .terrain_importer import *
+from .terrain_importer_cfg import *
 
 if TYPE_CHECKING:
     from ..isaac.terrains import *

@@ -17,6 +17,8 @@ from lift_lab.utils.errors import ConfigError
 if TYPE_CHECKING:
     from .terrain_importer_cfg import TerrainImporterCfg
 
+__all__ = ["TerrainImporter"]
+
 
 def grid_origins(num_envs: int, spacing: float, device: str) -> torch.Tensor:
     """Origins of environments on a square grid centred at the world's origin, shape (num_envs, 3), in m."""

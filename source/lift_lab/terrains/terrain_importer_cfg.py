@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import Any, ClassVar, Literal
 
 import mujoco
 
 from lift_lab.sim.spawners import GroundPlaneCfg, RigidBodyMaterialCfg, VisualMaterialCfg
 from lift_lab.sim.spawners.file_options import adopt_scene_options
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, WHOLE, Ranges
 
 from .terrain_importer import TerrainImporter
+
+__all__ = ["TerrainImporterCfg"]
 
 
 @configclass

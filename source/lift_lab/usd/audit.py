@@ -6,6 +6,7 @@ import fnmatch
 import math
 import re
 from functools import cache
+from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Usd
@@ -173,13 +174,13 @@ def _is_checked(name: str) -> bool:
     return _CHECKED.match(name) is not None
 
 
-def _numbers(value: object) -> np.ndarray:
+def _numbers(value: Any) -> np.ndarray:
     """All floating-point numbers of an attribute value, flat; empty for other types."""
     if hasattr(value, "GetReal"):
-        value = (value.GetReal(), *value.GetImaginary())  # type: ignore[union-attr]
+        value = (value.GetReal(), *value.GetImaginary())
     array = np.array(value)
     if array.dtype == object:
-        parts = [_numbers(item) for item in value]  # type: ignore[union-attr]
+        parts = [_numbers(item) for item in value]
         return np.concatenate(parts) if parts else np.empty(0)
     return array.ravel() if array.dtype.kind == "f" else np.empty(0)
 

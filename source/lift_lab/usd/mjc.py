@@ -308,7 +308,9 @@ def add_keyframes(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names) -> Non
     }
     for prim in prims:
         values = {name: value_of(prim, f"mjc:{name}") for name in sizes}
-        given = {name: [float(v) for v in value] for name, value in values.items() if value is not None and len(value)}
+        given: dict[str, Any] = {
+            name: [float(v) for v in value] for name, value in values.items() if value is not None and len(value)
+        }
         wrong = [name for name, value in given.items() if len(value) != sizes[name]]
         if wrong:
             reason = f"{len(given[wrong[0]])} values where the model has {sizes[wrong[0]]}"

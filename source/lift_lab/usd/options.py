@@ -6,7 +6,7 @@ import mujoco
 
 from lift_lab.usd.report import ImportReport
 
-SCENE_OPTIONS: dict[str, int] = {
+SCENE_OPTIONS: dict[str, int | mujoco.mjtIntegrator] = {
     "integrator": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "iterations": 10,
     "ls_iterations": 20,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -51,7 +52,7 @@ class Units:
         return table[unit]
 
 
-def quat_array(quat: object) -> np.ndarray:
+def quat_array(quat: Any) -> np.ndarray:
     """Gf.Quat* or a wxyz sequence as a normalised wxyz array; a zero quaternion becomes the identity."""
     if hasattr(quat, "GetReal"):
         quat = (quat.GetReal(), *quat.GetImaginary())

@@ -15,7 +15,7 @@ import functools
 import inspect
 import types
 from collections.abc import Callable
-from dataclasses import MISSING, Field, field
+from dataclasses import Field, field
 from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 
 from .config_update import resolve_hint, update_class_from_dict
@@ -23,6 +23,9 @@ from .dict import class_to_dict
 from .errors import ConfigError, MissingFieldError, quote, suggest
 from .ranges import first_problem
 from .string import is_function_like
+
+MISSING: Any = dataclasses.MISSING
+"""What a user has to set: the object of :mod:`dataclasses`, for a type checker of any type."""
 
 _T = TypeVar("_T")
 _IMMUTABLE = (int, float, complex, bool, str, bytes, type(None), type)

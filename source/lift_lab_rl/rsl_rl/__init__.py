@@ -20,3 +20,23 @@ from .rnd_cfg import RslRlRndCfg
 from .runner import LiftLabRunner
 from .symmetry_cfg import RslRlSymmetryCfg
 from .vecenv_wrapper import RslRlVecEnvWrapper
+
+__all__ = [
+    "LiftLabPPO",
+    "LiftLabRunner",
+    "RslRlBaseRunnerCfg",
+    "RslRlDistillationAlgorithmCfg",
+    "RslRlDistillationRunnerCfg",
+    "RslRlDistillationStudentTeacherCfg",
+    "RslRlDistillationStudentTeacherRecurrentCfg",
+    "RslRlOnPolicyRunnerCfg",
+    "RslRlPpoActorCriticCfg",
+    "RslRlPpoActorCriticRecurrentCfg",
+    "RslRlPpoAlgorithmCfg",
+    "RslRlRndCfg",
+    "RslRlSymmetryCfg",
+    "RslRlVecEnvWrapper",
+    "export_policy_as_jit",
+    "export_policy_as_onnx",
+    "to_rsl_rl",
+]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT, POSITIVE, POSITIVE_OR_INF, SIZES, Ranges
 
 from .rl_cfg import RslRlBaseRunnerCfg

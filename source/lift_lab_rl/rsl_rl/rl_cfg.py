@@ -6,10 +6,9 @@ Agent files written for Isaac Lab work unchanged. Fields that Isaac Lab does not
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import (
     COUNT,
     COUNT_OR_ZERO,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 

@@ -9,3 +9,13 @@ from .parse_cfg import (
     registered_tasks,
     task_kwargs,
 )
+
+__all__ = [
+    "get_checkpoint_path",
+    "import_packages",
+    "load_cfg_from_registry",
+    "num_envs_for_device",
+    "parse_env_cfg",
+    "registered_tasks",
+    "task_kwargs",
+]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
 from lift_lab.actuators import ActuatorBaseCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, POSITIVE, Ranges
 
 from ..asset_base_cfg import AssetBaseCfg

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar
 
 from lift_lab.markers import FRAME_MARKER_CFG, VisualizationMarkersCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg

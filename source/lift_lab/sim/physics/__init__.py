@@ -17,6 +17,17 @@ from lift_lab.utils.errors import ConfigError, suggest
 from .base import DERIVED_FIELDS, STATE_FIELDS, Health, Physics, Stage
 from .model_fields import CONSTANT_INPUTS, RANDOMIZABLE_FIELDS
 
+__all__ = [
+    "CONSTANT_INPUTS",
+    "DERIVED_FIELDS",
+    "RANDOMIZABLE_FIELDS",
+    "STATE_FIELDS",
+    "Health",
+    "Physics",
+    "Stage",
+    "make_physics",
+]
+
 
 def make_physics(
     model: mujoco.MjModel,

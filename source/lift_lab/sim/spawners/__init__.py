@@ -9,7 +9,7 @@ from .lights import *
 from .materials import *
 from .meshes import *
 from .shapes import *
-from .spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, Spawned, SpawnerCfg
+from .spawner_cfg import *
 
 if TYPE_CHECKING:
     from ...isaac.spawners import *

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 
 from .. import schemas
 
 if TYPE_CHECKING:
     from lift_lab.usd import ImportReport
+
+__all__ = ["DeformableObjectSpawnerCfg", "RigidObjectSpawnerCfg", "Spawned", "SpawnerCfg"]
 
 
 @dataclass

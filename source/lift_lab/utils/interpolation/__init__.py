@@ -1,3 +1,5 @@
 """Interpolation of sampled functions."""
 
 from .linear_interpolation import LinearInterpolation
+
+__all__ = ["LinearInterpolation"]

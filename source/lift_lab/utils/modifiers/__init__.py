@@ -13,3 +13,15 @@
 from .modifier import DigitalFilter, Integrator, bias, clip, scale
 from .modifier_base import ModifierBase
 from .modifier_cfg import DigitalFilterCfg, IntegratorCfg, ModifierCfg
+
+__all__ = [
+    "DigitalFilter",
+    "DigitalFilterCfg",
+    "Integrator",
+    "IntegratorCfg",
+    "ModifierBase",
+    "ModifierCfg",
+    "bias",
+    "clip",
+    "scale",
+]

@@ -16,6 +16,23 @@ from .noise_cfg import (
 )
 from .noise_model import NoiseModel, NoiseModelWithAdditiveBias, constant_noise, gaussian_noise, uniform_noise
 
+__all__ = [
+    "AdditiveGaussianNoiseCfg",
+    "AdditiveUniformNoiseCfg",
+    "ConstantBiasNoiseCfg",
+    "ConstantNoiseCfg",
+    "GaussianNoiseCfg",
+    "NoiseCfg",
+    "NoiseModel",
+    "NoiseModelCfg",
+    "NoiseModelWithAdditiveBias",
+    "NoiseModelWithAdditiveBiasCfg",
+    "UniformNoiseCfg",
+    "constant_noise",
+    "gaussian_noise",
+    "uniform_noise",
+]
+
 ConstantBiasNoiseCfg = ConstantNoiseCfg
 AdditiveUniformNoiseCfg = UniformNoiseCfg
 AdditiveGaussianNoiseCfg = GaussianNoiseCfg

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
 import torch
 
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
-from ..configclass import configclass
+from ..configclass import MISSING, configclass
 from . import noise_model
 
 

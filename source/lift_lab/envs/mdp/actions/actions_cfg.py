@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lift_lab.controllers import DifferentialIKControllerCfg, OperationalSpaceControllerCfg
 from lift_lab.isaac.finder import attributes_of
 from lift_lab.managers import ActionTermCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, Ranges
 
 from . import (
@@ -18,6 +17,23 @@ from . import (
     non_holonomic_actions,
     task_space_actions,
 )
+
+__all__ = [
+    "AbsBinaryJointPositionActionCfg",
+    "BinaryJointActionCfg",
+    "BinaryJointPositionActionCfg",
+    "BinaryJointVelocityActionCfg",
+    "DifferentialInverseKinematicsActionCfg",
+    "EMAJointPositionToLimitsActionCfg",
+    "JointActionCfg",
+    "JointEffortActionCfg",
+    "JointPositionActionCfg",
+    "JointPositionToLimitsActionCfg",
+    "JointVelocityActionCfg",
+    "NonHolonomicActionCfg",
+    "OperationalSpaceControllerActionCfg",
+    "RelativeJointPositionActionCfg",
+]
 
 # -- joints
 

@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 
     from . import actions_cfg
 
+__all__ = [
+    "AbsBinaryJointPositionAction",
+    "BinaryJointAction",
+    "BinaryJointPositionAction",
+    "BinaryJointVelocityAction",
+]
+
 
 _LONG_AGO = 2**30
 

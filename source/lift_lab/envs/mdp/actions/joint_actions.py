@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 
     from . import actions_cfg
 
+__all__ = [
+    "JointAction",
+    "JointEffortAction",
+    "JointPositionAction",
+    "JointVelocityAction",
+    "RelativeJointPositionAction",
+]
+
 
 def values_of_names(
     values: dict[str, float] | float, names: Sequence[str], default: float, num_envs: int, device: str

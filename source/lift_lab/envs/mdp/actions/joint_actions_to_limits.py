@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
     from . import actions_cfg
 
+__all__ = [
+    "EMAJointPositionToLimitsAction",
+    "JointPositionToLimitsAction",
+]
+
 
 class JointPositionToLimitsAction(ActionTerm):
     """Scale and clip the action, cut it to [-1, 1] and map that onto the joints' soft position limits."""

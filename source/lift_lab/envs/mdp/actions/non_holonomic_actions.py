@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
     from . import actions_cfg
 
+__all__ = [
+    "NonHolonomicAction",
+]
+
 
 class NonHolonomicAction(ActionTerm):
     """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``.

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 
     from . import actions_cfg
 
+__all__ = [
+    "DifferentialInverseKinematicsAction",
+    "OperationalSpaceControllerAction",
+]
+
 
 class DifferentialInverseKinematicsAction(ActionTerm):
     """The scaled action is an end-effector target in the root frame; inverse kinematics gives position targets.

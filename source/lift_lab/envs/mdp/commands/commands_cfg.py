@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING
 from typing import ClassVar
 
 from lift_lab.managers import CommandTermCfg
 from lift_lab.markers import VisualizationMarkersCfg
 from lift_lab.markers.config import BLUE_ARROW_X_MARKER_CFG, FRAME_MARKER_CFG, GREEN_ARROW_X_MARKER_CFG
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, SPAN
 from lift_lab.utils.ranges import Ranges as NumberRanges
 
@@ -17,6 +16,15 @@ from .null_command import NullCommand
 from .pose_2d_command import TerrainBasedPose2dCommand, UniformPose2dCommand
 from .pose_command import UniformPoseCommand
 from .velocity_command import NormalVelocityCommand, UniformVelocityCommand
+
+__all__ = [
+    "NormalVelocityCommandCfg",
+    "NullCommandCfg",
+    "TerrainBasedPose2dCommandCfg",
+    "UniformPose2dCommandCfg",
+    "UniformPoseCommandCfg",
+    "UniformVelocityCommandCfg",
+]
 
 
 def _marker(

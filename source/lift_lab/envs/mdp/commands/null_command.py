@@ -12,6 +12,10 @@ from lift_lab.utils.indexing import EnvIds
 if TYPE_CHECKING:
     from .commands_cfg import NullCommandCfg
 
+__all__ = [
+    "NullCommand",
+]
+
 
 class NullCommand(CommandTerm):
     """Stands where a command term is expected and there is none."""

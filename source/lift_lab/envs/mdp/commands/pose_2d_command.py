@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
     from .commands_cfg import UniformPose2dCommandCfg
 
+__all__ = [
+    "TerrainBasedPose2dCommand",
+    "UniformPose2dCommand",
+]
+
 
 class UniformPose2dCommand(CommandTerm):
     """A position drawn uniformly about the environment's origin, at the root's default height, and a heading.

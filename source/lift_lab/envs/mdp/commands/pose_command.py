@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
     from .commands_cfg import UniformPoseCommandCfg
 
+__all__ = [
+    "UniformPoseCommand",
+]
+
 
 class UniformPoseCommand(CommandTerm):
     """Positions and Euler angles drawn uniformly in the robot's root frame.

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 
     from .commands_cfg import NormalVelocityCommandCfg, UniformVelocityCommandCfg
 
+__all__ = [
+    "NormalVelocityCommand",
+    "UniformVelocityCommand",
+]
+
 logger = logging.getLogger(__name__)
 
 _ARROW_HEIGHT_M = 0.5

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject
     from lift_lab.envs import ManagerBasedEnv
 
+__all__ = [
+    "apply_external_force_torque",
+    "push_by_setting_velocity",
+]
+
 
 def apply_external_force_torque(
     env: ManagerBasedEnv,

@@ -24,6 +24,17 @@ if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedEnv
     from lift_lab.managers import EventTermCfg
 
+__all__ = [
+    "randomize_actuator_gains",
+    "randomize_joint_parameters",
+    "randomize_physics_scene_gravity",
+    "randomize_rigid_body_collider_offsets",
+    "randomize_rigid_body_com",
+    "randomize_rigid_body_mass",
+    "randomize_rigid_body_material",
+    "scale_friction",
+]
+
 Operation = Literal["add", "scale", "abs"]
 Distribution = Literal["uniform", "log_uniform", "gaussian"]
 

@@ -18,6 +18,17 @@ if TYPE_CHECKING:
     from lift_lab.assets import Articulation, DeformableObject, RigidObject
     from lift_lab.envs import ManagerBasedEnv
 
+__all__ = [
+    "reset_joints_by_offset",
+    "reset_joints_by_scale",
+    "reset_nodal_state_outside",
+    "reset_nodal_state_uniform",
+    "reset_root_state_outside",
+    "reset_root_state_uniform",
+    "reset_root_state_with_random_orientation",
+    "reset_scene_to_default",
+]
+
 
 def reset_scene_to_default(env: ManagerBasedEnv, env_ids: EnvIds, reset_joint_targets: bool = False) -> None:
     """Put every asset of the scene into its default state; a fixed base stays where it is.

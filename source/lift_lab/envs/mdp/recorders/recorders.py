@@ -9,6 +9,14 @@ import torch
 from lift_lab.managers import RecorderTerm
 from lift_lab.utils.indexing import EnvIds
 
+__all__ = [
+    "InitialStateRecorder",
+    "PostStepProcessedActionsRecorder",
+    "PostStepStatesRecorder",
+    "PreStepActionsRecorder",
+    "PreStepFlatPolicyObservationsRecorder",
+]
+
 
 class InitialStateRecorder(RecorderTerm):
     """State of the scene after a reset, relative to the environments' origins."""

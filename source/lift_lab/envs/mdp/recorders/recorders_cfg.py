@@ -7,6 +7,15 @@ from lift_lab.utils import configclass
 
 from . import recorders
 
+__all__ = [
+    "ActionStateRecorderManagerCfg",
+    "InitialStateRecorderCfg",
+    "PostStepProcessedActionsRecorderCfg",
+    "PostStepStatesRecorderCfg",
+    "PreStepActionsRecorderCfg",
+    "PreStepFlatPolicyObservationsRecorderCfg",
+]
+
 
 @configclass
 class InitialStateRecorderCfg(RecorderTermCfg):

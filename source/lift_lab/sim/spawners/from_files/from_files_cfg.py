@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import TYPE_CHECKING, ClassVar
 
 from lift_lab.isaac.finder import attributes_of
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, POSITIVE_OR_INF, Ranges
 
 from ... import schemas

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
 import mujoco
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..spawner_cfg import Spawned, SpawnerCfg

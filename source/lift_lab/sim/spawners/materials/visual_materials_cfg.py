@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
 from typing import ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import FRACTION, NOT_NEGATIVE, POSITIVE, Ranges
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import ClassVar
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .. import materials

@@ -6,10 +6,9 @@ A shape with ``rigid_props`` is a rigid body, one with ``collision_props`` colli
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import POSITIVE, Ranges
 
 from .. import materials

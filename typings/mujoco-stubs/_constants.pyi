@@ -1,0 +1,12 @@
+# Made by scripts/maintainers/make_stubs.py from mujoco 4.0.0. Do not edit.
+import collections.abc
+import typing
+from typing import Any, ClassVar
+
+import numpy
+import numpy.typing
+from numpy.typing import NDArray
+
+from ._types import *
+
+mjNGROUP: int
