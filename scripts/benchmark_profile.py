@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-MANAGERS = ("observation", "action", "reward", "curriculum", "command", "event", "termination", "recorder")
+MANAGERS = ("observation", "action", "reward", "metrics", "curriculum", "command", "event", "termination", "recorder")
 
 
 def step_parts(env: Any) -> list[tuple[Any, str, str]]:
@@ -22,9 +22,11 @@ def step_parts(env: Any) -> list[tuple[Any, str, str]]:
         (inner.scene, "write_data_to_sim", "targets to the engine"),
         (managers["termination"], "compute", "terminations"),
         (managers["reward"], "compute", "rewards"),
+        (managers["metrics"], "compute", "metrics"),
         (inner, "_reset_idx", "resets"),
         (inner, "_refresh", "resets: kinematics"),
         (inner, "_reset_scene", "resets: scene and events"),
+        (managers["metrics"], "reset", "resets: metrics"),
         (managers["command"], "reset", "resets: commands"),
         (managers["curriculum"], "compute", "resets: curricula"),
         (managers["command"], "compute", "commands"),

@@ -75,7 +75,7 @@ def test_a_step_in_which_no_episode_ends_asks_once_which_ended_and_which_command
     env.unwrapped.episode_length_buf[:] = 0
     found = calls(env)
     assert {name: found[name] for name in QUESTIONS if found[name]} == {}
-    assert answers == [[[], [], []]] * 3
+    assert answers == [[[], [], [], []]] * 3  # ended, due commands, episodes that count, of those with success
 
 
 def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode_once(env, answers):
@@ -88,7 +88,7 @@ def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode
     before = term.command.clone()
     with torch.inference_mode():
         env.step(torch.zeros(4, inner.action_manager.total_action_dim))
-    assert answers == [[[3], [], [1]]]
+    assert answers == [[[3], [1], [3], []]]
     assert (term.command_counter - drawn)[:3].tolist() == [0, 1, 0]
     assert int(term.command_counter[3]) == 1
     assert (term.command != before).any(dim=1).tolist() == [False, True, False, True]
@@ -99,7 +99,6 @@ def test_a_command_that_is_due_is_drawn_in_that_step_and_one_of_an_ended_episode
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_goals(env, answers, share):
     inner = env.unwrapped
-    term = inner.command_manager.get_term("object_pose")
     inner.curriculum_manager.get_term_cfg("missed_goals").params.update(share=share, start_step=0)
     inner.common_step_counter = 100
     inner.episode_length_buf[:] = 0
@@ -107,15 +106,16 @@ def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_go
         env.step(torch.zeros(4, inner.action_manager.total_action_dim))  # the share is read when episodes end
         inner.curriculum_manager.compute(torch.tensor([0]))
         inner.episode_length_buf[:] = torch.tensor([0, 1, 1, 1]) * inner.max_episode_length
-        term._practised[:] = torch.tensor([False, False, False, share > 0.0])
-        term.metrics["success"][:] = torch.tensor([1.0, 0.0, 1.0, 1.0])
-        term._success_step[:] = torch.tensor([5, 6, 7, 8])
+        metrics = inner.metrics_manager
+        metrics.leave_out(torch.arange(4), torch.tensor([False, False, False, share > 0.0]))
+        metrics.episode_value("success")[:] = torch.tensor([1.0, 0.0, 1.0, 1.0])
+        metrics.episode_value("time_to_success_s")[:] = 0.02 * torch.tensor([5.0, torch.nan, 7.0, 8.0])
         with Counting() as counting:
             *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
     counting.calls.pop("is_nonzero")  # on the CPU alone a reset asks whether an object turns
     assert {name: counting.calls[name] for name in QUESTIONS if counting.calls[name]} == {}
     counted, succeeded = ([1, 2], [2]) if share else ([1, 2, 3], [2, 3])
-    assert answers[-1] == [[1, 2, 3], *([counted] if share else []), succeeded, []]
+    assert answers[-1] == [[1, 2, 3], [], counted, succeeded]
     log = extras["log"]
     assert float(log["Metrics/object_pose/success"]) == pytest.approx(len(succeeded) / len(counted))
     assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(0.02 * (7 if share else 7.5))
@@ -135,7 +135,7 @@ def test_what_the_last_step_was_like_is_measured_before_the_question(env, monkey
     inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * inner.max_episode_length
     with torch.inference_mode(), Counting() as counting:
         env.step(torch.zeros(4, inner.action_manager.total_action_dim))
-    for name in ("mm", "asin_", "linalg_vector_norm"):  # smoothness, angle, distances
+    for name in ("reciprocal", "asin_", "linalg_vector_norm"):  # means, angle, distances
         assert counting.calls[name] == at_the_question[name] > 0
 
 
@@ -144,10 +144,10 @@ def test_a_success_on_the_last_step_counts_without_another_question(env, answers
     term = inner.command_manager.get_term("object_pose")
     inner.episode_length_buf[:] = torch.tensor([0, 0, 1, 1]) * (inner.max_episode_length - 1)
     with torch.inference_mode():
-        term._practised.zero_()
-        term.metrics["success"].zero_()
-        term._success_step.fill_(2**31)
-        term.pose_command_w[2, :3] = inner.scene["object"].data.root_pos_w[2]
+        inner.metrics_manager.reset()
+        inner.prefetched = {}
+        at = inner.scene["object"].data.root_pos_w - inner.scene["robot"].data.root_pos_w
+        term.pose_command_b[2, :3] = at[2]
         *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
     assert [2] in answers[-1]
     log = extras["log"]

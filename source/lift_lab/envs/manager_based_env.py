@@ -53,6 +53,7 @@ class ManagerBasedEnv:
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
         {"extras", "render_mode", "metadata", "_records", "_fuses_substeps", "_has_interval_events"}
+        | {"step_cache", "prefetched"}
     )
 
     cfg: ManagerBasedEnvCfg
@@ -65,6 +66,10 @@ class ManagerBasedEnv:
     """What is returned besides observations; ``extras["log"]`` is what the last resets logged."""
     obs_buf: VecEnvObs
     """The last observations."""
+    step_cache: dict[Any, Any] | None
+    """What :func:`~lift_lab.utils.step_cache.once_a_step` functions returned while nothing moves, else None."""
+    prefetched: dict[Any, torch.Tensor]
+    """Ids of environments that the host read with the question which episodes ended; see ``ManagerBase.masks``."""
     event_modes: ClassVar[tuple[str, ...] | None] = ("prestartup", "startup", "reset", "interval")
     """Modes of events that this environment applies; an event of another mode is an error. A sub-class that applies
     modes of its own lists them here, or None for any."""
@@ -105,6 +110,7 @@ class ManagerBasedEnv:
         self._sim_step_counter = 0
         self.extras = {}
         self.obs_buf = {}
+        self.step_cache, self.prefetched = None, {}
         self.scene = InteractiveScene(self.cfg.scene)
         self._create_buffers()
         self.event_manager = EventManager(self.cfg.events, self)
@@ -223,6 +229,7 @@ class ManagerBasedEnv:
             Observations of all environments, and extras.
         """
         ids = self._as_ids(env_ids)
+        self.prefetched = {}  # of a step that raised
         self.recorder_manager.record_pre_reset(ids)
         if seed is not None:
             self.seed(seed)
@@ -249,6 +256,7 @@ class ManagerBasedEnv:
             Observations of all environments, and extras.
         """
         ids = self._as_ids(env_ids)
+        self.prefetched = {}  # of a step that raised
         self.recorder_manager.record_pre_reset(ids)
         if seed is not None:
             self.seed(seed)
@@ -274,7 +282,7 @@ class ManagerBasedEnv:
         self._step_physics()
         if self._has_interval_events:
             self.event_manager.apply(mode="interval", dt=self.step_dt)
-        self.obs_buf = self.observation_manager.compute(update_history=True)
+        self.obs_buf = self._observe()
         self.recorder_manager.record_post_step()
         return self.obs_buf, self.extras
 
@@ -289,6 +297,14 @@ class ManagerBasedEnv:
         self.sim.close()
 
     # -- parts of a step
+
+    def _observe(self) -> VecEnvObs:
+        """The observations that are returned."""
+        self.step_cache = {}
+        try:
+            return self.observation_manager.compute(update_history=True)
+        finally:
+            self.step_cache = None
 
     def _step_physics(self) -> None:
         """Take ``decimation`` physics steps with the current actions; leaves the kinematics of the new state."""
@@ -336,7 +352,7 @@ class ManagerBasedEnv:
         self.scene.start_episodes(env_ids)
         self._refresh(env_ids)
         self.recorder_manager.record_post_reset(env_ids)
-        self.obs_buf = self.observation_manager.compute(update_history=True)
+        self.obs_buf = self._observe()
         return self.obs_buf, self.extras
 
     def _refresh(self, env_ids: torch.Tensor | None) -> None:

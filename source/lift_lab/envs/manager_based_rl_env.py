@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from gymnasium.utils import seeding
 
-from lift_lab.managers import CommandManager, CurriculumManager, RewardManager, TerminationManager
+from lift_lab.managers import CommandManager, CurriculumManager, MetricsManager, RewardManager, TerminationManager
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.indexing import fill_rows, where_true
 
@@ -104,6 +104,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             raise ConfigError("env.observations has no group: a policy needs something to see")
         self.termination_manager = TerminationManager(self.cfg.terminations, self)
         self.reward_manager = RewardManager(self.cfg.rewards, self)
+        self.metrics_manager = MetricsManager(self.cfg.metrics, self)
         self.curriculum_manager = CurriculumManager(self.cfg.curriculum, self)
         self._configure_gym_env_spaces()
 
@@ -113,6 +114,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self.command_manager,
             self.termination_manager,
             self.reward_manager,
+            self.metrics_manager,
             self.curriculum_manager,
         ]
 
@@ -169,8 +171,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
         The order makes rewards and terminations read the kinematics of the state just reached, and the observations
         of environments that were reset read their new state. Rewards come after terminations, which they may read,
-        and before resets, which would wipe what they read; commands come after resets, so that a new episode's
-        command is current in its first observation.
+        and before resets, which would wipe what they read; metrics come with them. Commands come after resets, so
+        that a new episode's command is current in its first observation.
 
         Args:
             action: shape (num_envs, action_dim).
@@ -189,12 +191,17 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
         self.episode_length_buf += 1
         self.common_step_counter += 1
-        self.reset_buf = self.termination_manager.compute()
-        self.reset_terminated = self.termination_manager.terminated
-        self.reset_time_outs = self.termination_manager.time_outs
-        self.reward_buf = self.reward_manager.compute(dt=dt)
-        if self._failures:
-            self._end_failed_episodes()
+        self.step_cache = {}
+        try:
+            self.reset_buf = self.termination_manager.compute()
+            self.reset_terminated = self.termination_manager.terminated
+            self.reset_time_outs = self.termination_manager.time_outs
+            self.reward_buf = self.reward_manager.compute(dt=dt)
+            if self._failures:
+                self._end_failed_episodes()
+            self.metrics_manager.compute()
+        finally:
+            self.step_cache = None
         if self._records:
             self.obs_buf = self.observation_manager.compute()
             self.recorder_manager.record_post_step()
@@ -204,7 +211,6 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         if len(reset_env_ids) > 0:
             if self._failures:
                 self.reward_manager.leave_out_last_step(self._failed)
-            self.command_manager.finish_episodes(reset_env_ids)
             if self.wants_final_obs:
                 self.extras["final_obs"] = self.observation_manager.preview()
             self.recorder_manager.record_pre_reset(reset_env_ids)
@@ -216,7 +222,8 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.command_manager.compute(dt=dt)
         if self._has_interval_events:
             self.event_manager.apply(mode="interval", dt=dt)
-        self.obs_buf = self.observation_manager.compute(update_history=True)
+        self.prefetched = {}
+        self.obs_buf = self._observe()
         return self.obs_buf, self.reward_buf, self.reset_terminated, self.reset_time_outs, self.extras
 
     def render(self, recompute: bool = False) -> np.ndarray | None:  # type: ignore[override]
@@ -270,19 +277,16 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     def _ended_episodes(self) -> torch.Tensor:
         """Ids of the environments whose episode ended.
 
-        With an engine for which the host must not wait, the same question tells commands and interval events which
-        environments will be due in this step.
+        With an engine for which the host should not wait, the same question answers what the managers need to know
+        in this step.
         """
         if not self.sim.physics.is_asynchronous:
             return self.reset_buf.nonzero().squeeze(-1)
-        foretold = [
-            *self.command_manager.foretell(self.step_dt, self.reset_buf),
-            *self.event_manager.foretell(self.step_dt, self.reset_buf),
-        ]
-        ended, *due = where_true([self.reset_buf, *(mask for mask, _ in foretold)])
-        for env_ids, (_, tell) in zip(due, foretold, strict=True):
-            tell(env_ids)
-        return ended
+        masks = {"ended": self.reset_buf}
+        for manager in (self.command_manager, self.event_manager, self.metrics_manager):
+            masks |= manager.masks(self.step_dt, self.reset_buf)
+        self.prefetched = dict(zip(masks, where_true(list(masks.values())), strict=True))
+        return self.prefetched.pop("ended")
 
     def _reset_idx(self, env_ids: torch.Tensor) -> None:
         self.curriculum_manager.compute(env_ids=env_ids)
@@ -294,13 +298,14 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
             self.action_manager,
             self.reward_manager,
             self.curriculum_manager,
+            self.metrics_manager,  # before the commands, which may leave the new episode out of the means
             self.command_manager,
             self.event_manager,
             self.termination_manager,
             self.recorder_manager,
         ):
             log.update(manager.reset(env_ids))
-        self.extras["log_counts"] = self.command_manager.log_counts
+        self.extras["log_counts"] = self.metrics_manager.log_counts
         for kind, count in self._failure_counts.items():
             log[f"Metrics/physics/{kind}"] = count
             self._failure_counts[kind] = 0.0

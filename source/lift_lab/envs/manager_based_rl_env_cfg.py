@@ -31,5 +31,7 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     """Curriculum terms."""
     commands: object | None = None
     """Command terms."""
+    metrics: object | None = None
+    """Metrics terms."""
 
     _ranges: ClassVar[Ranges] = {"episode_length_s": POSITIVE}

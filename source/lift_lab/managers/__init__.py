@@ -15,12 +15,14 @@ from .manager_term_cfg import (
     CurriculumTermCfg,
     EventTermCfg,
     ManagerTermBaseCfg,
+    MetricsTermCfg,
     ObservationGroupCfg,
     ObservationTermCfg,
     RecorderTermCfg,
     RewardTermCfg,
     TerminationTermCfg,
 )
+from .metrics_manager import MetricsManager
 from .observation_manager import ObservationManager
 from .recorder_manager import DatasetExportMode, RecorderManager, RecorderManagerBaseCfg, RecorderTerm
 from .reward_manager import RewardManager
@@ -42,6 +44,8 @@ __all__ = [
     "ManagerBase",
     "ManagerTermBase",
     "ManagerTermBaseCfg",
+    "MetricsManager",
+    "MetricsTermCfg",
     "ObservationGroupCfg",
     "ObservationManager",
     "ObservationTermCfg",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 import logging
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -19,7 +18,7 @@ from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.indexing import fill_rows
 
 from ._table import render_table
-from .manager_base import EnvIds, Foretold, ManagerBase, ManagerTermBase, as_env_id_tensor
+from .manager_base import EnvIds, ManagerBase, ManagerTermBase, as_env_id_tensor
 from .manager_term_cfg import EventTermCfg
 
 if TYPE_CHECKING:
@@ -74,7 +73,6 @@ class EventManager(ManagerBase):
         self._mode_term_cfgs: dict[str, list[EventTermCfg]] = {}
         self._mode_class_term_cfgs: dict[str, list[EventTermCfg]] = {}
         self._interval_term_time_left: list[torch.Tensor] = []
-        self._interval_term_due_ids: dict[int, torch.Tensor] = {}
         self._reset_term_last_triggered_step_id: list[torch.Tensor] = []
         self._reset_term_last_triggered_once: list[torch.Tensor] = []
         self._unbound: list[tuple[str, EventTermCfg]] = []
@@ -183,7 +181,7 @@ class EventManager(ManagerBase):
         for index, cfg in enumerate(self._mode_term_cfgs["interval"]):
             time_left = self._interval_term_time_left[index]
             time_left -= dt
-            due = self._interval_term_due_ids.pop(index, None)
+            due = self._env.prefetched.pop(("interval event", index), None)
             if due is None:
                 due = (time_left < _DUE_S).nonzero().flatten()
             if len(due) == 0:
@@ -191,26 +189,17 @@ class EventManager(ManagerBase):
             time_left[due] = _draw_interval(cfg, len(due), time_left.device)
             self._call(cfg, None if cfg.is_global_time else due)
 
-    def foretell(self, dt: float, ended: torch.Tensor) -> list[Foretold]:
+    def masks(self, dt: float, ended: torch.Tensor) -> dict[Any, torch.Tensor]:
         """To which environments the next call of mode ``interval`` will apply its terms.
 
-        So that the host can ask for this and for the ended episodes at once.
-
-        Args:
-            dt: Seconds that will be given to it.
-            ended: Environments that will be reset before it, shape (num_envs,).
-
-        Returns:
-            An entry for each term of which it can be told: not those with one timer for all, which the host has, nor
-            those whose timers may be due right after a reset.
+        Without terms that have one timer for all environments, which the host has, and terms that may be due right
+        after a reset.
         """
-        foretold: list[Foretold] = []
-        for index, cfg in enumerate(self._mode_term_cfgs.get("interval", [])):
-            if cfg.is_global_time or cfg.interval_range_s[0] < dt + 2 * _DUE_S:  # type: ignore[index]
-                continue
-            due = (self._interval_term_time_left[index] - dt < _DUE_S) & ~ended
-            foretold.append((due, partial(self._interval_term_due_ids.__setitem__, index)))
-        return foretold
+        return {
+            ("interval event", index): (self._interval_term_time_left[index] - dt < _DUE_S) & ~ended
+            for index, cfg in enumerate(self._mode_term_cfgs.get("interval", []))
+            if not cfg.is_global_time and cfg.interval_range_s[0] >= dt + 2 * _DUE_S  # type: ignore[index]
+        }
 
     def _apply_reset(self, env_ids: EnvIds, step: int) -> None:
         ids: Any = slice(None) if env_ids is None else env_ids

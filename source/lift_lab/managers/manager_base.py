@@ -27,9 +27,6 @@ from .scene_entity_cfg import SceneEntityCfg
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedEnv
 
-Foretold = tuple[torch.Tensor, Callable[[torch.Tensor], None]]
-"""Which environments will be due, shape (num_envs,), and who has to be told their ids."""
-
 
 def as_env_id_tensor(env_ids: EnvIds, num_envs: int, device: str | torch.device) -> torch.Tensor:
     """Environment ids in any form as a LongTensor of shape (num_ids,)."""
@@ -181,6 +178,22 @@ class ManagerBase(ABC):
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Reset the terms of some environments; returns log entries."""
+        return {}
+
+    def masks(self, dt: float, ended: torch.Tensor) -> dict[Any, torch.Tensor]:
+        """Masks whose true rows the manager needs later in the step.
+
+        On an engine for which the host should not wait, the environment asks for those of all managers at once, with
+        the question which episodes ended. The answers are in ``env.prefetched``. Whatever is not there, the manager
+        asks itself.
+
+        Args:
+            dt: The environment step in seconds.
+            ended: Environments that will be reset in this step, shape (num_envs,).
+
+        Returns:
+            Bool tensors of shape (num_envs,) by the key of the answer, which is a LongTensor.
+        """
         return {}
 
     def find_terms(self, name_keys: str | Sequence[str]) -> list[str]:

@@ -6,7 +6,7 @@ Field names and defaults are those of Isaac Lab 2.3 (``isaaclab.managers.manager
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.modifiers import ModifierCfg
@@ -171,6 +171,18 @@ class RewardTermCfg(ManagerTermBaseCfg):
     """Factor on the value; 0 skips the call."""
 
     _ranges: ClassVar[Ranges] = {"weight": FINITE}
+
+
+@configclass
+class MetricsTermCfg(ManagerTermBaseCfg):
+    """A number of each episode for the log, made from a value of shape (num_envs,) at every step."""
+
+    reduce: Literal["last", "max", "mean", "sum", "first"] = "mean"
+    """How the values of an episode's steps become one. With ``"first"`` it is the first that is not NaN, and the
+    log's mean is over the episodes that had one."""
+
+    log_as: str | None = None
+    """Name in the log, after ``Metrics/``, such as ``"object_pose/success"``; None takes the term's name."""
 
 
 @configclass

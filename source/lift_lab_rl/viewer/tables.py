@@ -34,12 +34,16 @@ def rewards(env: Any, env_id: int) -> str:
 
 
 def commands(env: Any, env_id: int) -> str:
-    """Each command and its metrics."""
+    """Each command and its metrics, then the metrics of no command."""
     manager, rows = env.command_manager, []
+    metrics = {name: values[0] for name, values in env.metrics_manager.get_active_iterable_terms(env_id)}
     for name, values in manager.get_active_iterable_terms(env_id):
         rows.append((name, " ".join(f"{value:.2f}" for value in values)))
-        for metric, tensor in manager.get_term(name).metrics.items():
-            rows.append((f"· {metric}", f"{float(tensor[env_id]):.3f}"))
+        own = {metric: float(tensor[env_id]) for metric, tensor in manager.get_term(name).metrics.items()}
+        of_command = [metric for metric in metrics if metric.startswith(f"{name}/")]
+        own |= {metric.removeprefix(f"{name}/"): metrics.pop(metric) for metric in of_command}
+        rows += [(f"· {metric}", f"{value:.3f}") for metric, value in own.items()]
+    rows += [(metric, f"{value:.3f}") for metric, value in metrics.items()]
     return table(("command", "value"), rows) if rows else ""
 
 

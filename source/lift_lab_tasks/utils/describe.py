@@ -101,6 +101,8 @@ def _manager_tables(env: Any) -> list[Table]:
         for n, c in _terms(env.termination_manager)
     ]
     tables.append(_table("Terminations", ("term", "kind", "function", "parameters"), rows))
+    rows = [(n, c.reduce, _function(c), _params(c)) for n, c in _terms(env.metrics_manager)]
+    tables.append(_table("Metrics", ("term", "reduce", "function", "parameters"), rows))
     events = env.event_manager
     rows = [
         (name, mode, _function(cfg), _params(cfg))

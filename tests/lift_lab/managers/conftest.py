@@ -45,6 +45,8 @@ def make_env(num_envs: int = 4, **attributes) -> SimpleNamespace:
         "scene": {"robot": FakeArm(), "object": FakeBox(), "light": object()},
         "cfg": SimpleNamespace(),
         "calls": [],
+        "prefetched": {},
+        "physics_failed": None,
     }
     return SimpleNamespace(**(defaults | attributes))
 
@@ -60,12 +62,11 @@ def env_factory():
 
 
 @pytest.fixture
-def tell():
-    """Answer what a manager foretells, as an environment does that asks once a step."""
+def prefetch(env):
+    """Answer what a manager will need to know, as an environment does that asks once a step."""
 
     def answer(manager, dt: float, ended: torch.Tensor) -> None:
-        for mask, told in manager.foretell(dt, ended):
-            told(mask.nonzero().flatten())
+        env.prefetched = {key: mask.nonzero().flatten() for key, mask in manager.masks(dt, ended).items()}
 
     return answer
 

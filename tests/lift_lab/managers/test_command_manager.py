@@ -98,7 +98,7 @@ def test_a_reset_draws_anew_and_restarts_the_counter_of_its_environments(env):
     assert env.calls == [[0, 1, 2, 3]]
 
 
-@pytest.mark.parametrize("is_foretold", [False, True])
+@pytest.mark.parametrize("is_prefetched", [False, True])
 @pytest.mark.parametrize(
     ("interval_s", "drawn"),
     [
@@ -107,18 +107,18 @@ def test_a_reset_draws_anew_and_restarts_the_counter_of_its_environments(env):
         (0.1, [0, 2, 3]),
     ],
 )
-def test_what_is_foretold_is_what_would_be_drawn(env, tell, is_foretold, interval_s, drawn):
+def test_what_is_prefetched_is_what_would_be_drawn(env, prefetch, is_prefetched, interval_s, drawn):
     manager = manager_of(env, interval_s, interval_s)
     manager.reset()
     manager.get_term("pose").time_left[:] = torch.tensor([0.1, 0.3, 0.2, 0.1])
     env.calls.clear()
-    if is_foretold:
-        tell(manager, 0.2, ended=torch.tensor([False, False, False, True]))
+    if is_prefetched:
+        prefetch(manager, 0.2, ended=torch.tensor([False, False, False, True]))
     manager.reset(torch.tensor([3]))
     manager.compute(dt=0.2)
     assert env.calls == [[3], "metrics", drawn, "update"]
     manager.get_term("pose").time_left[:] = torch.tensor([1.0, 0.1, 1.0, 1.0])
-    manager.compute(dt=0.2)  # what was foretold held for one step
+    manager.compute(dt=0.2)  # what was prefetched held for one step
     assert env.calls[-3:] == ["metrics", [1], "update"]
 
 
@@ -143,34 +143,46 @@ def test_viewers_and_tables_show_every_term(env):
     assert "Numbered" in str(manager)
 
 
-class _InRows(Numbered):
-    """Two metrics and a counter in one tensor; then one metric is replaced and one added, as a subclass may."""
+class _OwnTimers(Numbered):
+    """A class of one's own whose timers run twice as fast."""
 
-    def __init__(self, cfg, env):
-        super().__init__(cfg, env)
-        self.rows = self._in_rows(("age", "error"), more=1)
+    def compute(self, dt):
+        self.time_left -= dt
+        super().compute(dt)
+
+
+def test_nothing_is_said_in_advance_of_a_class_that_changes_its_timers(env):
+    cfg = CommandTermCfg(class_type=_OwnTimers, resampling_time_range=(1.0, 1.0))
+    assert CommandManager({"pose": cfg}, env).masks(0.2, torch.zeros(4, dtype=torch.bool)) == {}
+
+
+class _Replaced(Numbered):
+    """A metric that is a new tensor at every step, as many in Isaac Lab are, and one that comes later."""
 
     def _update_metrics(self):
-        self.rows += 1.0
-
-    def replace_one_and_add_one(self):
-        self.metrics["error"] = torch.full((4,), 5.0)
-        self.metrics["own"] = torch.full((4,), 7.0)
+        self.metrics["age"] = torch.full((4,), 5.0)
+        self.metrics.setdefault("late", torch.zeros(4)).add_(7.0)
 
 
-@pytest.mark.parametrize("loose", [False, True])
-def test_metrics_in_rows_of_one_tensor_are_averaged_and_zeroed_as_any_other(env, loose):
-    cfg = CommandTermCfg(class_type=_InRows, resampling_time_range=(9.0, 9.0))
-    manager = CommandManager({"pose": cfg}, env)
-    term = manager.get_term("pose")
+def test_metrics_of_a_class_of_ones_own_may_be_replaced_and_added(env):
+    manager = CommandManager({"pose": CommandTermCfg(class_type=_Replaced, resampling_time_range=(9.0, 9.0))}, env)
     manager.compute(dt=0.1)
-    term.metrics["age"][2] = 4.0
-    expected = {"age": 2.5, "error": 1.0}
-    if loose:
-        term.replace_one_and_add_one()
-        expected |= {"error": 5.0, "own": 7.0}
     log = manager.reset(torch.tensor([0, 2]))
-    assert {name.rpartition("/")[2]: float(value) for name, value in log.items()} == expected
-    for value in (*term.metrics.values(), term.rows[2]):
-        assert value[[0, 2]].tolist() == [0.0, 0.0]
-        assert (value[[1, 3]] > 0.0).all()
+    assert {name: float(value) for name, value in log.items()} == {"Metrics/pose/age": 5.0, "Metrics/pose/late": 7.0}
+    assert manager.get_term("pose").metrics["late"].tolist() == [0.0, 7.0, 0.0, 7.0]
+    assert manager.reset(torch.tensor([], dtype=torch.long)) == {}
+
+
+def test_a_command_needs_no_metrics(env):
+    class Still(CommandTerm):
+        command = torch.zeros(4, 1)
+
+        def _resample_command(self, env_ids):
+            pass
+
+        def _update_command(self):
+            pass
+
+    manager = CommandManager({"pose": CommandTermCfg(class_type=Still, resampling_time_range=(1.0, 1.0))}, env)
+    manager.compute(0.1)
+    assert manager.reset() == {}

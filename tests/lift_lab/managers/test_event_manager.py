@@ -107,7 +107,7 @@ def test_an_interval_begins_at_the_step_that_fires_not_when_it_was_due(env):
     assert fired == [3, 6, 9]
 
 
-@pytest.mark.parametrize("is_foretold", [False, True])
+@pytest.mark.parametrize("is_prefetched", [False, True])
 @pytest.mark.parametrize(
     ("interval_s", "applied"),
     [
@@ -116,16 +116,16 @@ def test_an_interval_begins_at_the_step_that_fires_not_when_it_was_due(env):
         (0.1, [0, 2, 3]),
     ],
 )
-def test_what_is_foretold_is_what_would_be_applied(env, tell, is_foretold, interval_s, applied):
+def test_what_is_prefetched_is_what_would_be_applied(env, prefetch, is_prefetched, interval_s, applied):
     manager = interval(env, interval_s, interval_s)
     manager._interval_term_time_left[0][:] = torch.tensor([0.1, 0.3, 0.2, 0.1])
-    if is_foretold:
-        tell(manager, 0.2, ended=torch.tensor([False, False, False, True]))
+    if is_prefetched:
+        prefetch(manager, 0.2, ended=torch.tensor([False, False, False, True]))
     manager.reset(torch.tensor([3]))
     manager.apply("interval", dt=0.2)
     assert env.calls == [("note", applied)]
     manager._interval_term_time_left[0][:] = torch.tensor([1.0, 0.1, 1.0, 1.0])
-    manager.apply("interval", dt=0.2)  # what was foretold held for one step
+    manager.apply("interval", dt=0.2)  # what was prefetched held for one step
     assert env.calls[1:] == [("note", [1])]
 
 

@@ -12,6 +12,7 @@ from .actions import *
 from .commands import *
 from .curriculums import *
 from .events import *
+from .metrics import *
 from .observations import *
 from .recorders import *
 from .rewards import *

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from lift_lab.managers import ManagerTermBase
-from lift_lab.managers.manager_base import as_env_id_tensor
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.indexing import EnvIds
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, FRACTION
@@ -113,8 +112,7 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         initial_weight: its weight at the start, and the least far it goes back.
         final_weight: its weight at the end.
         num_steps: environment steps from one to the other while the rate allows.
-        command_name: the command term whose metric tells success.
-        metric: its metric, 0 or 1 for the episode so far.
+        metric: the metrics term that is 1 for an episode with success, else 0.
         raise_at: success rate from which on the weight moves.
         lower_at: success rate below which it moves back.
         window: episodes that the running mean looks back on; nothing moves before as many have ended.
@@ -128,6 +126,7 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         super().__init__(cfg, env)
         params = cfg.params
         self._term_cfg = env.reward_manager.get_term_cfg(params["term_name"])
+        env.metrics_manager.get_term_cfg(params.get("metric", "success"))
         self._rate, self._episodes, self._last_step = 0.0, 0, env.common_step_counter
         name = type(self).__name__
         if params["num_steps"] < 1 or params.get("window", 1) < 1:
@@ -147,15 +146,14 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         initial_weight: Annotated[float, FINITE],
         final_weight: Annotated[float, FINITE],
         num_steps: Annotated[int, COUNT],
-        command_name: str,
         metric: str = "success",
         raise_at: Annotated[float, FRACTION] = 0.8,
         lower_at: Annotated[float, FRACTION] = 0.5,
         window: Annotated[int, COUNT] = 2000,
         geometric: bool = True,
     ) -> dict[str, float]:
-        command = env.command_manager.get_term(command_name)
-        ended = command.metrics[metric][command.counted_ids(as_env_id_tensor(env_ids, env.num_envs, env.device))]
+        metrics = env.metrics_manager
+        ended = metrics.episode_value(metric)[metrics.counted_ids(env_ids)]
         elapsed, self._last_step = env.common_step_counter - self._last_step, env.common_step_counter
         if env.common_step_counter > 0 and len(ended) > 0:  # at 0 no episode has ended
             self._episodes = min(self._episodes + len(ended), window)

@@ -8,7 +8,9 @@ import torch
 from scipy.spatial.transform import Rotation
 
 import lift_lab.envs.mdp as mdp
+from lift_lab.managers import MetricsManager
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.string import resolve_matching_names
 
 NUM_ENVS = 400
 
@@ -25,7 +27,7 @@ def _rotation(wxyz: torch.Tensor) -> Rotation:
 class _Robot:
     """A robot whose root and one other body stand anywhere."""
 
-    has_movable_root = False
+    body_names = ("base", "hand")
 
     def __init__(self):
         torch.manual_seed(5)
@@ -45,8 +47,8 @@ class _Robot:
         self.data.link_pose_of = lambda body: (self.data.body_pos_w[:, body], self.data.body_quat_w[:, body])
         self.yaw_quat = torch.stack((torch.cos(yaw / 2), zero, zero, torch.sin(yaw / 2)), dim=-1)
 
-    def find_bodies(self, name):
-        return {"hand": ([1], ["hand"]), ".*": ([0, 1], ["base", "hand"])}[name]
+    def find_bodies(self, keys, preserve_order=False):
+        return resolve_matching_names(keys, self.body_names, preserve_order)
 
 
 @pytest.fixture
@@ -56,7 +58,23 @@ def env():
     class _Scene(dict):
         env_origins = origins
 
-    return SimpleNamespace(num_envs=NUM_ENVS, device="cpu", step_dt=0.02, scene=_Scene(robot=_Robot()))
+    return SimpleNamespace(
+        num_envs=NUM_ENVS,
+        device="cpu",
+        step_dt=0.02,
+        scene=_Scene(robot=_Robot()),
+        prefetched={},
+        step_cache=None,
+        physics_failed=None,
+    )
+
+
+def _metrics(env, command) -> MetricsManager:
+    """The metrics that come with a command called "goal"."""
+    env.command_manager = SimpleNamespace(
+        active_terms=["goal"], get_term=lambda name: command, get_command=lambda name: command.command
+    )
+    return MetricsManager(None, env)
 
 
 def _pose_cfg(**kwargs) -> mdp.UniformPoseCommandCfg:
@@ -116,78 +134,65 @@ def test_a_command_that_somebody_else_wrote_is_where_the_world_looks_for_it(env,
     torch.testing.assert_close(command.pose_command_w[:, :3].double(), wanted_w, atol=1e-5, rtol=0)
 
 
-@pytest.mark.parametrize("fixed_base", [True, False])
-def test_pose_metrics_are_the_distance_and_angle_to_the_body(env, fixed_base):
+@pytest.mark.parametrize("aligned", [True, False])
+def test_pose_metrics_are_the_distance_and_angle_to_the_body(env, aligned):
     robot = env.scene["robot"]
-    robot.has_movable_root = not fixed_base
     command = mdp.UniformPoseCommand(_pose_cfg(), env)
+    metrics = _metrics(env, command)
     command.reset()
-    if not fixed_base:
-        robot.data.root_pos_w = robot.data.root_pos_w + 0.3
-        robot.data.root_quat_w = _random_quats(NUM_ENVS, 9)
-    command.compute(0.02)
+    robot.data.root_pos_w = robot.data.root_pos_w + 0.3
+    robot.data.root_is_aligned = aligned
+    robot.data.root_quat_w = _identity() if aligned else _random_quats(NUM_ENVS, 9)
+    metrics.compute()
     root, wanted_b = _rotation(robot.data.root_quat_w), command.command
     wanted_pos = torch.tensor(root.apply(wanted_b[:, :3].double().numpy())) + robot.data.root_pos_w
     distance = (wanted_pos - robot.data.body_pos_w[:, 1]).norm(dim=1)
     between = (root * _rotation(wanted_b[:, 3:])).inv() * _rotation(robot.data.body_quat_w[:, 1])
     angle = torch.tensor(between.magnitude())
-    torch.testing.assert_close(command.metrics["position_error"].double(), distance, atol=1e-5, rtol=0)
-    torch.testing.assert_close(command.metrics["orientation_error"].double(), angle, atol=2e-3, rtol=0)
+    position_error = metrics.episode_value("goal/position_error").double()
+    orientation_error = metrics.episode_value("goal/orientation_error").double()
+    torch.testing.assert_close(position_error, distance, atol=1e-5, rtol=0)
+    torch.testing.assert_close(orientation_error, angle, atol=2e-3, rtol=0)
     small = angle < 2.5
-    torch.testing.assert_close(command.metrics["orientation_error"].double()[small], angle[small], atol=1e-5, rtol=0)
-    torch.testing.assert_close(command.pose_command_w[:, :3].double(), wanted_pos, atol=1e-5, rtol=0)
-
-
-def test_metrics_are_logged_as_a_mean_over_the_reset_environments_and_zeroed(env):
-    command = mdp.UniformPoseCommand(_pose_cfg(), env)
-    command.reset()
+    torch.testing.assert_close(orientation_error[small], angle[small], atol=1e-5, rtol=0)
     command.compute(0.02)
-    expected = command.metrics["position_error"][[3, 7]].mean()
-    log = command.reset(torch.tensor([3, 7]))
-    assert set(log) == {"position_error", "orientation_error"}
-    assert float(log["position_error"]) == pytest.approx(float(expected))
-    assert command.metrics["position_error"][3] == 0.0
-    assert command.metrics["position_error"][4] > 0.0
+    torch.testing.assert_close(command.pose_command_w[:, :3].double(), wanted_pos, atol=1e-5, rtol=0)
+    log = metrics.reset(torch.tensor([3, 7]))
+    assert list(log) == ["Metrics/goal/position_error", "Metrics/goal/orientation_error"]
+    assert float(log["Metrics/goal/position_error"]) == pytest.approx(float(distance[[3, 7]].mean()), abs=1e-5)
 
 
-def test_the_error_of_the_last_step_is_logged(env):
-    for command, error, expected in (
-        (mdp.UniformPoseCommand(_pose_cfg(), env), "position_error", 0.5),
-        (mdp.UniformPose2dCommand(_pose_2d_cfg(simple_heading=False), env), "error_pos_2d", 0.3),
-    ):
-        command.reset()
-        command.compute(0.02)
-        data = env.scene["robot"].data
-        goal = command.goal_pos_w[3]
-        data.body_pos_w[3, 1] = data.root_pos_w[3] = goal + torch.tensor([0.3, 0.0, 0.4])
-        command.finish_episodes(torch.tensor([3]))
-        assert float(command.reset(torch.tensor([3]))[error]) == pytest.approx(expected, abs=1e-5)
+def _identity() -> torch.Tensor:
+    return torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(NUM_ENVS, 1)
 
 
 def test_the_goal_is_where_a_moving_robot_and_a_written_command_put_it_at_once(env):
     robot, command = env.scene["robot"], mdp.UniformPoseCommand(_pose_cfg(), env)
-    robot.has_movable_root = True
     command.reset()
     robot.data.root_pos_w += torch.tensor([1.0, -2.0, 0.5])
     expected = robot.data.root_pos_w.double() + torch.tensor(
         _rotation(robot.data.root_quat_w).apply(command.command[:, :3].double().numpy())
     )
     torch.testing.assert_close(command.goal_pos_w.double(), expected, atol=1e-5, rtol=0)
-    robot.has_movable_root = False
     command.command[:, :3] = 0.0
     torch.testing.assert_close(command.goal_pos_w, robot.data.root_pos_w)
 
 
-def test_metrics_of_a_subclass_are_its_own(env):
+def test_metrics_of_a_subclass_in_isaac_labs_way_are_logged_in_place_of_those_of_the_class(env):
     class Own(mdp.UniformPoseCommand):
+        def __init__(self, cfg, env):
+            super().__init__(cfg, env)
+            self.metrics["position_error"] = torch.zeros(NUM_ENVS)
+
         def _update_metrics(self):
+            super()._update_metrics()
             self.metrics["position_error"] = torch.full((NUM_ENVS,), 7.0)
 
     command = Own(_pose_cfg(), env)
     command.reset()
     command.compute(0.02)
-    command.finish_episodes(torch.tensor([3]))
-    assert command.metrics["position_error"][3] == 7.0
+    assert _metrics(env, command).active_terms == ["goal/orientation_error"]
+    assert {name: float(value) for name, value in command.reset().items()} == {"position_error": 7.0}
 
 
 def test_only_due_commands_are_drawn_anew(env):
@@ -258,16 +263,18 @@ def test_an_environment_without_a_heading_keeps_the_yaw_rate_that_was_drawn(env)
     assert 0.35 < kept.float().mean() < 0.65
 
 
-def test_velocity_metrics_average_the_error_over_the_command(env):
+def test_velocity_metrics_sum_the_error_over_the_steps_that_a_command_can_last(env):
     command = mdp.UniformVelocityCommand(_velocity_cfg(), env)
+    metrics = _metrics(env, command)
     command.reset()
     command.vel_command_b[:] = torch.tensor([4.0, 4.0, 1.5])
-    command.time_left[:] = 5.0
     for _ in range(50):
-        command.compute(0.02)
+        metrics.compute()
     # error (3, 4) and 1, for 50 of the 500 steps that a command can last
-    torch.testing.assert_close(command.metrics["error_vel_xy"], torch.full((NUM_ENVS,), 0.5), atol=1e-4, rtol=0)
-    torch.testing.assert_close(command.metrics["error_vel_yaw"], torch.full((NUM_ENVS,), 0.1), atol=1e-4, rtol=0)
+    log = metrics.reset()
+    assert {name: float(value) for name, value in log.items()} == pytest.approx(
+        {"Metrics/goal/error_vel_xy": 0.5, "Metrics/goal/error_vel_yaw": 0.1}, abs=1e-4
+    )
 
 
 def test_a_heading_command_without_a_range_is_an_error(env):
@@ -313,8 +320,12 @@ def test_a_ground_pose_is_drawn_about_the_origin_and_seen_from_the_root(env):
     turn = command.heading_command_w - robot.data.heading_w
     torch.testing.assert_close(torch.cos(command.command[:, 3]), torch.cos(turn), atol=1e-5, rtol=0)
     torch.testing.assert_close(torch.sin(command.command[:, 3]), torch.sin(turn), atol=1e-5, rtol=0)
-    error = command.metrics["error_heading"]
+    metrics = _metrics(env, command)
+    metrics.compute()
+    error = metrics.episode_value("goal/error_heading")
     torch.testing.assert_close(error, torch.acos(torch.cos(turn)), atol=2e-3, rtol=0)
+    distance = torch.hypot(*(command.pos_command_w - robot.data.root_pos_w)[:, :2].unbind(1))
+    torch.testing.assert_close(metrics.episode_value("goal/error_pos_2d"), distance)
 
 
 def test_a_simple_heading_lies_along_the_way_and_needs_no_more_than_a_quarter_turn(env):

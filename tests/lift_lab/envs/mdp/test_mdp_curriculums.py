@@ -34,6 +34,7 @@ def env():
         common_step_counter=0,
         reward_manager=_Rewards(),
         command_manager=SimpleNamespace(cfg=command),
+        metrics_manager=SimpleNamespace(get_term_cfg=lambda name: None, counted_ids=lambda env_ids: slice(None)),
     )
 
 
@@ -156,13 +157,12 @@ def test_an_address_that_leads_nowhere_is_an_error_at_once(env, func, address, m
 
 
 def _succeeding(env, outcomes):
-    """Let the command's metric tell these outcomes of the episodes that end."""
-    command = SimpleNamespace(metrics={"success": torch.tensor(outcomes)}, counted_ids=lambda env_ids: slice(None))
-    env.command_manager.get_term = lambda name: command
+    """Let the metric tell these outcomes of the episodes that end."""
+    env.metrics_manager.episode_value = lambda name: torch.tensor(outcomes)
 
 
 def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):
-    settings = {"initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 300, "window": 4, "command_name": "goal"}
+    settings = {"initial_weight": -1e-4, "final_weight": -1e-1, "num_steps": 300, "window": 4}
     term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
     ids = slice(None)
     log = []
@@ -187,7 +187,6 @@ def test_a_weight_that_follows_success_moves_only_while_the_rate_allows(env):
 
 def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_it_is(env):
     settings = {"initial_weight": 0.0, "final_weight": -1.0, "num_steps": 100, "window": 1, "geometric": False}
-    settings["command_name"] = "goal"
     env.reward_manager.cfg.penalty.weight = -0.4  # as a checkpoint left it
     term, params = _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **settings)
     env.common_step_counter = 10
@@ -200,6 +199,6 @@ def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_
     [{"num_steps": 0}, {"window": 0}, {"raise_at": 0.3}, {"initial_weight": 0.0}, {"initial_weight": -1.0}],
 )
 def test_a_weight_that_follows_success_checks_its_settings(env, settings):
-    params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100, "command_name": "goal"} | settings
+    params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100} | settings
     with pytest.raises(ConfigError, match="anneal_reward_weight_on_success"):
         _term(mdp.anneal_reward_weight_on_success, env, term_name="penalty", **params)

@@ -38,9 +38,6 @@ class NullCommand(CommandTerm):
     def compute(self, dt: float) -> None:
         """Do nothing."""
 
-    def _update_metrics(self) -> None:
-        pass
-
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         pass
 

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
-from lift_lab.managers import CommandTerm
+from lift_lab.managers import CommandTerm, MetricsTermCfg
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
+from ..metrics import command_heading_error, command_position_error_2d
 from ..sampling import sample_ranges
 
 if TYPE_CHECKING:
@@ -45,8 +46,6 @@ class UniformPose2dCommand(CommandTerm):
         """Commanded position in the root's yaw frame in m, shape (num_envs, 3)."""
         self.heading_command_b = torch.zeros_like(self.heading_command_w)
         """Commanded heading less the current one in rad, shape (num_envs,)."""
-        self.metrics["error_pos_2d"] = torch.zeros(self.num_envs, device=self.device)
-        self.metrics["error_heading"] = torch.zeros(self.num_envs, device=self.device)
 
     @property
     def command(self) -> torch.Tensor:
@@ -58,15 +57,13 @@ class UniformPose2dCommand(CommandTerm):
         """The commanded position in the world frame in m, shape (num_envs, 3), for viewers."""
         return self.pos_command_w
 
-    def finish_episodes(self, env_ids: torch.Tensor) -> None:
-        """Measure the last step of the episodes that end; a subclass with metrics of its own does so itself."""
-        if type(self)._update_metrics is UniformPose2dCommand._update_metrics:
-            self._update_metrics()
-
-    def _update_metrics(self) -> None:
-        data = self.robot.data
-        self.metrics["error_pos_2d"] = (self.pos_command_w - data.root_pos_w)[:, :2].norm(dim=1)
-        self.metrics["error_heading"] = math_utils.wrap_to_pi(self.heading_command_w - data.heading_w).abs()
+    def metrics_terms(self, command_name: str) -> dict[str, MetricsTermCfg]:
+        """Distance and angle of the root to the command."""
+        params = {"command_name": command_name}
+        return {
+            "error_pos_2d": MetricsTermCfg(func=command_position_error_2d, params=params, reduce="last"),
+            "error_heading": MetricsTermCfg(func=command_heading_error, params=params, reduce="last"),
+        }
 
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         r, data = self.cfg.ranges, self.robot.data

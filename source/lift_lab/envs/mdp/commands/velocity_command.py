@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
-from lift_lab.managers import CommandTerm
+from lift_lab.managers import CommandTerm, MetricsTermCfg
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 
+from ..metrics import command_velocity_error_xy, command_velocity_error_yaw
 from ..sampling import sample_ranges
 
 if TYPE_CHECKING:
@@ -63,21 +64,19 @@ class UniformVelocityCommand(CommandTerm):
         """Where the yaw rate steers towards the heading, shape (num_envs,)."""
         self.is_standing_env = torch.zeros_like(self.is_heading_env)
         """Where the command is to stand still, shape (num_envs,)."""
-        self.metrics["error_vel_xy"] = torch.zeros(self.num_envs, device=self.device)
-        self.metrics["error_vel_yaw"] = torch.zeros(self.num_envs, device=self.device)
 
     @property
     def command(self) -> torch.Tensor:
         """The commanded velocity (m/s, m/s, rad/s) in the root frame, shape (num_envs, 3)."""
         return self.vel_command_b
 
-    def _update_metrics(self) -> None:
-        steps = self.cfg.resampling_time_range[1] / self._env.step_dt
-        data = self.robot.data
-        error_xy = (self.vel_command_b[:, :2] - data.root_lin_vel_b[:, :2]).norm(dim=-1)
-        error_yaw = (self.vel_command_b[:, 2] - data.root_ang_vel_b[:, 2]).abs()
-        self.metrics["error_vel_xy"] += error_xy / steps
-        self.metrics["error_vel_yaw"] += error_yaw / steps
+    def metrics_terms(self, command_name: str) -> dict[str, MetricsTermCfg]:
+        """Errors of horizontal velocity and yaw rate, summed over the episode."""
+        params = {"command_name": command_name}
+        return {
+            "error_vel_xy": MetricsTermCfg(func=command_velocity_error_xy, params=params, reduce="sum"),
+            "error_vel_yaw": MetricsTermCfg(func=command_velocity_error_yaw, params=params, reduce="sum"),
+        }
 
     def _resample_command(self, env_ids: torch.Tensor) -> None:
         r, count = self.cfg.ranges, len(env_ids)

@@ -10,6 +10,7 @@ import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg, DeformableObjectCfg, RigidObjectCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
 from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import MetricsTermCfg as MetricTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
 from lift_lab.managers import ObservationTermCfg as ObsTerm
 from lift_lab.managers import RewardTermCfg as RewTerm
@@ -129,6 +130,41 @@ class RewardsCfg:
     joint_vel = RewTerm(func=mdp.joint_vel_l2, weight=-1e-4, params={"asset_cfg": SceneEntityCfg("robot")})
 
 
+_SUCCESS = {"command_name": "object_pose", "threshold": 0.02}
+"""The study's Eq. (7)."""
+
+
+@configclass
+class MetricsCfg:
+    """Numbers of each episode for the log, beside the hand's errors that come with the command."""
+
+    success = MetricTerm(func=mdp.object_reached_goal, params=_SUCCESS, reduce="max", log_as="object_pose/success")
+    """1 once the object came near its goal."""
+    object_position_error = MetricTerm(
+        func=mdp.object_position_error,
+        params={"command_name": "object_pose"},
+        reduce="last",
+        log_as="object_pose/object_position_error",
+    )
+    first_pick_drop = MetricTerm(
+        func=mdp.first_pick_drop,
+        params={"low_m": 0.03, "high_m": 0.06},
+        reduce="max",
+        log_as="object_pose/first_pick_drop",
+    )
+    squared_action_change = MetricTerm(func=mdp.action_rate_l2, log_as="object_pose/squared_action_change")
+    """The study's Eq. (5)."""
+    squared_joint_acceleration = MetricTerm(
+        func=mdp.squared_joint_acceleration,
+        params={"asset_cfg": SceneEntityCfg("robot", joint_names=[".*"])},
+        log_as="object_pose/squared_joint_acceleration",
+    )
+    time_to_success_s = MetricTerm(
+        func=mdp.time_to_success_s, params=_SUCCESS, reduce="first", log_as="object_pose/time_to_success_s"
+    )
+    """Of the episodes that succeeded."""
+
+
 @configclass
 class TerminationsCfg:
     """The study's Eqs. (8) and (9)."""
@@ -149,6 +185,7 @@ class LiftEnvCfg(ManagerBasedRLEnvCfg):
     actions: ActionsCfg = ActionsCfg()
     commands: CommandsCfg = CommandsCfg()
     rewards: RewardsCfg = RewardsCfg()
+    metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
     events: EventCfg = EventCfg()
 

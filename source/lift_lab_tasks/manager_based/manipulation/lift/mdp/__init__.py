@@ -4,6 +4,7 @@ from lift_lab.envs.mdp import *
 
 from .commands import *
 from .curriculums import *
+from .metrics import *
 from .observations import *
 from .rewards import *
 from .terminations import *

@@ -87,19 +87,20 @@ class practise_missed_goals(ManagerTermBase):
     """Give a share of the episodes a goal near one that an environment has just missed.
 
     A policy that reaches nearly every goal stops short of those at the corners of their range, where few samples are.
-    Each environment remembers the goal of its last episode if the object never came within the command's
-    ``success_distance``. From ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take
-    ``spread_m`` along each axis and within the command's ranges. The other episodes stay uniform, and all of them if
-    none was missed. What is rewarded and what counts as success do not change.
+    Each environment remembers the goal of its last episode if ``metric`` says that it had no success. From
+    ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take ``spread_m`` along each axis
+    and within the command's ranges. The other episodes stay uniform, and all of them if none was missed. What is
+    rewarded and what counts as success do not change.
 
     An aid of training: set ``training_only`` of its config. Rewards in the logs of a training count
-    the episodes that practise, too, and so are those of a harder task; the command's metrics leave them out.
+    the episodes that practise, too, and so are those of a harder task; the metrics leave them out.
 
     Params:
         share: share of episodes that practise, within [0, 1].
         start_step: first environment step of the practice.
         spread_m: how far a practised goal may lie from the missed one along each axis, in m.
         command_name: the command, an :class:`ObjectPoseCommand`.
+        metric: the metrics term that is 1 for an episode with success, else 0.
 
     Returns:
         Share of the environments whose last episode missed its goal, for the log.
@@ -115,7 +116,8 @@ class practise_missed_goals(ManagerTermBase):
             raise ConfigError(f"{name}: share is {params['share']}; it must be within [0, 1]")
         self._goals_b = torch.zeros(env.num_envs, 3, device=env.device)
         self._missed = torch.zeros(env.num_envs, device=env.device)
-        self._command.practise(self._goals_b, self._missed, share=0.0, spread_m=0.0)
+        self._command.replay_missed_goals(self._goals_b, self._missed, share=0.0, spread_m=0.0)
+        env.metrics_manager.get_term_cfg(params.get("metric", "success"))
 
     def __call__(
         self,
@@ -125,13 +127,14 @@ class practise_missed_goals(ManagerTermBase):
         start_step: Annotated[int, COUNT_OR_ZERO] = 0,
         spread_m: Annotated[float, NOT_NEGATIVE] = 0.02,
         command_name: str = "object_pose",
+        metric: str = "success",
     ) -> torch.Tensor:
         command = self._command
         if env.common_step_counter > 0:  # at 0 no episode has ended
             self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
-            self._missed[env_ids] = 1.0 - command.metrics["success"][env_ids]
+            self._missed[env_ids] = 1.0 - env.metrics_manager.episode_value(metric)[env_ids]
         begun = env.common_step_counter >= start_step
-        command.practise(self._goals_b, self._missed, share if begun else 0.0, spread_m)
+        command.replay_missed_goals(self._goals_b, self._missed, share if begun else 0.0, spread_m)
         return self._missed.mean()
 
 

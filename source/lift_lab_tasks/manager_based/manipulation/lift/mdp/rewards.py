@@ -9,7 +9,7 @@ import torch
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.ranges import FINITE, POSITIVE
 
-from .goal import object_goal_distance_m
+from .metrics import object_goal_distance_m
 
 if TYPE_CHECKING:
     from lift_lab.assets import RigidObject
@@ -53,7 +53,7 @@ def object_goal_distance(
     Zero where the object is not above ``minimal_height``, as in Isaac Lab; None takes the gate away, as the equations
     are printed.
     """
-    reward = 1.0 - torch.tanh(object_goal_distance_m(env, command_name, robot_cfg, object_cfg) / std)
+    reward = 1.0 - torch.tanh(object_goal_distance_m(env, command_name, robot_cfg.name, object_cfg.name) / std)
     if minimal_height is None:
         return reward
     object: RigidObject = env.scene[object_cfg.name]

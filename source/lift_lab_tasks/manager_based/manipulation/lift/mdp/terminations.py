@@ -9,7 +9,7 @@ import torch
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.ranges import FINITE
 
-from .goal import object_goal_distance_m
+from .metrics import object_goal_distance_m
 
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
@@ -23,4 +23,4 @@ def object_reached_goal(
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
     """Whether the object is within ``threshold`` (m) of its goal (the study's Eq. (7)). Shape (num_envs,)."""
-    return object_goal_distance_m(env, command_name, robot_cfg, object_cfg) < threshold
+    return object_goal_distance_m(env, command_name, robot_cfg.name, object_cfg.name) < threshold

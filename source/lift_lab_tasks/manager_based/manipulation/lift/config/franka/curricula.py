@@ -50,7 +50,6 @@ class SuccessCurriculumCfg(ExplorationCfg):
             "initial_weight": -1e-4,
             "final_weight": -1e-1,
             "num_steps": 5000,
-            "command_name": "object_pose",
         },
     )
     joint_vel = CurrTerm(
@@ -60,6 +59,5 @@ class SuccessCurriculumCfg(ExplorationCfg):
             "initial_weight": -1e-4,
             "final_weight": -1e-1,
             "num_steps": 5000,
-            "command_name": "object_pose",
         },
     )

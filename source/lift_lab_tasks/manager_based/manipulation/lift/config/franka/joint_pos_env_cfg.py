@@ -47,7 +47,7 @@ class FrankaCubeLiftEnvCfg(LiftEnvCfg):
             close_command_expr={"panda_finger_.*": 0.0},
         )
         self.commands.object_pose.body_name = "panda_hand"
-        self.commands.object_pose.smoothness_joint_names = ["panda_joint.*"]
+        self.metrics.squared_joint_acceleration.params["asset_cfg"].joint_names = ["panda_joint.*"]
         self.scene.object = RigidObjectCfg(
             prim_path="{ENV_REGEX_NS}/Object",
             init_state=RigidObjectCfg.InitialStateCfg(pos=(0.5, 0.0, 0.02)),
