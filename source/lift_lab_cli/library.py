@@ -99,7 +99,9 @@ class Library(abc.ABC):
     package: ClassVar[str]
     """Python package that it needs."""
     training_help: ClassVar[str]
+    """What ``train`` does, in a sentence."""
     playing_help: ClassVar[str]
+    """What ``play`` does, in a sentence."""
     flag_settings: ClassVar[dict[str, tuple[str, ...]]] = {}
     """Entries of the agent's configuration that flags set, by the flag's name without dashes."""
     final_model: ClassVar[tuple[str, str]]
@@ -107,9 +109,9 @@ class Library(abc.ABC):
     numbered_model: ClassVar[tuple[str, str]]
     """The same of the files that are saved on the way."""
     continues_runs: ClassVar[bool] = False
-    """Whether a checkpoint is one of a run that goes on, so that the new run's folder names it."""
+    """Whether a training goes on from the checkpoint of another run, which ``params/run.yaml`` then names."""
     models_folder: ClassVar[str] = ""
-    """Folder of these files below that of the run."""
+    """Folder of the models below that of the run."""
 
     # -- flags
 
@@ -168,12 +170,15 @@ class Library(abc.ABC):
             settings.set("--max_iterations", *self.length(settings, args.max_iterations))
         check_run_names(args)
 
-    def check_numbers(self, cfg: dict[str, Any]) -> None:  # noqa: B027 - a library may check them itself
-        """Check the numbers of the agent's configuration.
+    def check_numbers(self, cfg: dict[str, Any]) -> None:
+        """Check the numbers of the agent's configuration; here, that none is NaN.
 
         Raises:
             ConfigError: a number is NaN or outside of its range; names it.
         """
+        from lift_lab_rl.library_ranges import check_library_cfg
+
+        check_library_cfg(cfg, ranges={}, needed="")
 
     def length(self, settings: Settings, iterations: int) -> tuple[str, Any]:
         """Entry of the configuration that says how long a training is, and its value for some iterations."""
@@ -227,9 +232,8 @@ class Library(abc.ABC):
         """
         from lift_lab_tasks.utils.runs import find_model
 
-        patterns = (
-            [self.numbered_model[0]] if args.use_last_checkpoint else [self.final_model[0], self.numbered_model[0]]
-        )
+        models = [self.numbered_model] if args.use_last_checkpoint else [self.final_model, self.numbered_model]
+        patterns = [pattern for pattern, _ in models]
         folder = self.experiment(settings, args)
         return find_model(folder, args.checkpoint, args.load_run, *patterns, folder=self.models_folder)
 

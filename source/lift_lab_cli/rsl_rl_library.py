@@ -175,7 +175,8 @@ def find_policy(settings: Settings, args: argparse.Namespace) -> Path:
     """
     from lift_lab_tasks.utils.runs import find_checkpoint, note_other_task
 
-    checkpoint = find_checkpoint(settings.agent, args.checkpoint, settings.agent.load_run, settings.task)
+    agent = settings.agent
+    checkpoint = find_checkpoint(agent, args.checkpoint or agent.load_checkpoint, agent.load_run, settings.task)
     note_other_task(checkpoint, settings.task)
     return checkpoint
 

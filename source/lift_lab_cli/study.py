@@ -2,11 +2,11 @@
 
 python scripts/rsl_rl/study.py [--seeds 1 2 3] [--max_iterations N] [--processes 1] [flags] [overrides]
 
-Everything goes to logs/rsl_rl/<name>/: runs, evaluations, results.json, and report/report.html. Called again it goes on
-where it was, whatever ended it: done trainings and evaluations are kept, the others are continued from their newest
-checkpoint. A task may be a variant in quotes: "linear=Lift-Cube-Franka-CL env/curriculum=linear". With from= it goes on
-from another's checkpoint of the same seed instead of beginning anew: until iteration 750 curriculum and baseline are
-one, so that "Lift-Cube-Franka from=Lift-Cube-Franka-CL@750" saves three quarters of a training.
+Everything goes to logs/rsl_rl/<name>/: runs, evaluations, results.json, and report/report.html. Run the same command
+again to continue after an interruption: finished trainings and evaluations are kept, the others continue from their
+newest checkpoint. A task may be a variant in quotes: "linear=Lift-Cube-Franka-CL env/curriculum=linear". With from= a
+variant starts from another one's checkpoint of the same seed. Curriculum and baseline are the same until iteration 750,
+so "Lift-Cube-Franka from=Lift-Cube-Franka-CL@750" saves three quarters of a training.
 """
 
 from __future__ import annotations

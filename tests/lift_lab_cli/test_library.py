@@ -13,7 +13,7 @@ import torch
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.app import endings
-from lift_lab.utils.errors import NotFoundError
+from lift_lab.utils.errors import ConfigError, NotFoundError
 from lift_lab.utils.io import dump_yaml, load_yaml
 from lift_lab_cli import play, train
 from lift_lab_cli.library import find_library, until_interrupted
@@ -72,6 +72,12 @@ def test_the_command_line_names_a_library_of_its_user(call, constant):
     assert status == 0
     assert "finished after 5 steps" in out
     assert "seed 3" in out
+
+
+def test_a_number_that_is_nan_is_refused(call, constant, tmp_path):
+    with pytest.raises(ConfigError, match=r"agent\.action is nan"):
+        call(train, "agent.action=nan", library=constant())
+    assert [path.name for path in tmp_path.iterdir()] == ["constant.yaml"]
 
 
 def test_a_training_that_is_refused_leaves_no_folder(call, constant, tmp_path, monkeypatch):

@@ -179,6 +179,9 @@ def test_tasks_are_listed(script):
         ("rsl_rl/train.py", [*SMALL, "--resume", "--load_run", ".*whole", "--max_iterations", "4"], "finished 4 of 4"),
         ("rsl_rl/play.py", [*SMALL, "--checkpoint", "logs/nothing/model_1.pt"], "'logs' has no 'nothing'"),
         ("rsl_rl/evaluate.py", [*SMALL, "--load_run", "absent"], "no run in"),
+        ("rsl_rl/evaluate.py", [*SMALL, "agent.load_run=absent"], "no run in"),
+        ("rsl_rl/evaluate.py", [*SMALL, "--load_run", "a", "agent.load_run=b"], "--load_run a and agent.load_run=b"),
+        ("rsl_rl/play.py", [*SMALL, "agent.load_checkpoint=model_99.pt"], "matches 'model_99.pt'"),
         ("rsl_rl/evaluate.py", [*SMALL, "--load_run", "absent", "--perturb", "mas=2"], "did you mean 'mass'"),
         (
             "rsl_rl/train.py",

@@ -71,6 +71,15 @@ def test_a_script_is_run_once_for_each_combination_and_says_which_failed(tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["echo.py"]
 
 
+def test_a_module_is_run_again_as_a_module(tmp_path):
+    (tmp_path / "tools").mkdir()
+    (tmp_path / "tools" / "__init__.py").touch()
+    (tmp_path / "tools" / "echo.py").write_text("from . import __name__ as package\n" + ECHO)
+    status, out, _ = run("-m", "tools.echo", "-m", "--task", "X", "env.seed=1,3", cwd=tmp_path)
+    assert status == 0
+    assert out.splitlines() == ["[1/2] env.seed=1", "X env.seed=1", "[2/2] env.seed=3", "X env.seed=3"]
+
+
 def test_training_runs_go_to_folders_of_their_own(tmp_path):
     flags = ["--task", "Cartpole", "--device", "cpu", "--num_envs", 4, "--num_threads", 1, "--max_iterations", 1]
     status, out, _ = run(
