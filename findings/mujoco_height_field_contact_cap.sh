@@ -3,11 +3,12 @@
 #
 # Guess before the run: a box that lies on a flat height field stays where it is, whatever the size of the cells. If
 # there are more contacts than the engine keeps, it keeps some that spread over the face, and writes a warning.
-# Seen: a pair of geoms keeps 50 contacts, those of the first rows. A box of 0.8 m lies still on cells of 0.2 m. On cells
-# of 5 cm all 50 lie in a strip at one edge and the box is turned over; on cells of 2.5 cm it ends below the ground. The
-# warnings of MjData stay at 0. The same box made of 16 boxes lies still.
-# Why it matters: terrain generators use cells of 5 to 10 cm, and crates, hulls and trunks that fell over are wide enough.
-# A finer terrain makes the physics worse without a word. Split wide colliders, or compare the contacts of a pair with 50.
+# Seen: a pair of geoms keeps 50 contacts, those of the first rows. A box of 0.8 m lies still on cells of 0.2 m. On
+# cells of 5 cm all 50 lie in a strip at one edge and the box is turned over; on cells of 2.5 cm it ends below the
+# ground. The warnings of MjData stay at 0. The same box made of 16 boxes lies still.
+# Why it matters: terrain generators use cells of 5 to 10 cm, and crates, hulls and trunks that fell over are wide
+# enough. A finer terrain makes the physics worse without a word. Split wide colliders, or compare the contacts of a
+# pair with 50.
 #
 # Prints what is seen and fails if it changes.
 set -euo pipefail

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # MuJoCo 4.0.0: what the cutoff of mj_multiRay bounds.
 #
-# Guess before the run: a hit that is farther than the cutoff is returned as -1, so that no returned distance is greater
-# than the cutoff. What is hit does not depend on how a wall is divided into geoms.
-# Seen: the cutoff leaves out geoms whose bounding sphere is out of reach, and no plane. A long wall or a height field whose
-# sphere is within reach, and every plane, return hits at any distance: 8 with a cutoff of 3. The same wall made of short
-# boxes returns -1.
-# Why it matters: a ray sensor that gives its maximum distance as the cutoff returns readings beyond it, and they depend on
-# how the scene was modelled. Distances must be compared with the maximum once more.
+# Guess before the run: a hit that is farther than the cutoff is returned as -1, so that no returned distance is
+# greater than the cutoff. What is hit does not depend on how a wall is divided into geoms.
+# Seen: the cutoff leaves out geoms whose bounding sphere is out of reach, and no plane. A long wall or a height field
+# whose sphere is within reach, and every plane, return hits at any distance: 8 with a cutoff of 3. The same wall made
+# of short boxes returns -1.
+# Why it matters: a ray sensor that gives its maximum distance as the cutoff returns readings beyond it, and they
+# depend on how the scene was modelled. Distances must be compared with the maximum once more.
 #
 # Prints what is seen and fails if it changes.
 set -euo pipefail

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # MuJoCo 4.0.0: what mj_ray passes by although contacts are made with it.
 #
-# Guess before the run: a ray hits whatever a falling ball lands on. The size of a plane and the alpha of a colour are for
-# drawing alone.
-# Seen: a plane of size "1 1 .1" carries a ball at x = 3, but a ray there returns -1; so does a ray from below the plane.
-# With size "0 0 .1" the ray hits. A box of alpha 0 carries a ball, and a ray goes through it to the floor.
+# Guess before the run: a ray hits whatever a falling ball lands on. The size of a plane and the alpha of a colour are
+# for drawing alone.
+# Seen: a plane of size "1 1 .1" carries a ball at x = 3, but a ray there returns -1; so does a ray from below the
+# plane. With size "0 0 .1" the ray hits. A box of alpha 0 carries a ball, and a ray goes through it to the floor.
 # Why it matters: a height scan near the edge of the drawn floor reports no ground where the robot stands, and terrain
 # whose colliders are hidden by alpha 0 is not in the scan. Hiding by geom group 3 keeps it there.
 #

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # mujoco_warp 4.0.0 and MuJoCo 4.0.0: rays whose direction is not a unit vector.
 #
-# Guess before the run: mujoco_warp.rays takes directions of any length, as mj_ray does, and returns x with
-# hit = point + x * direction; both agree for every kind of geom.
-# Seen: they agree for primitives at any length, and for meshes and height fields at length 1. At other lengths some rays
-# of mujoco_warp miss a mesh or hit one beside them, and those against a height field return a wrong distance. Nothing is
-# raised.
-# Why it matters: sensors that pass "end - start" or pinhole directions (x, y, 1) work on boxes and planes and are wrong on
-# terrain and robots. Directions have to be normalised first, also where code was written for mj_ray.
+# Guess before the run: mujoco_warp.rays takes directions of any length, as mj_ray does, and returns x with hit =
+# point + x * direction; both agree for every kind of geom.
+# Seen: they agree for primitives at any length, and for meshes and height fields at length 1. At other lengths some
+# rays of mujoco_warp miss a mesh or hit one beside them, and those against a height field return a wrong distance.
+# Nothing is raised.
+# Why it matters: sensors that pass "end - start" or pinhole directions (x, y, 1) work on boxes and planes and are
+# wrong on terrain and robots. Directions have to be normalised first, also where code was written for mj_ray.
 #
 # Prints what is seen and fails if it changes.
 set -euo pipefail
