@@ -85,7 +85,7 @@ def parse():
     if args.suite is None and args.task is None:
         parser.error("the following arguments are required: --task (or --suite)")
     args.steps, args.train_seconds = args.steps or 200, args.train_seconds or 300
-    return args, overrides, parser.given_settings(args)
+    return args, overrides
 
 
 def sizes(text: str) -> list[int]:
@@ -94,7 +94,7 @@ def sizes(text: str) -> list[int]:
 
 
 def main() -> int:
-    args, overrides, flags = parse()
+    args, overrides = parse()
     if args.json is not None:
         from lift_lab_rl.files import check_target
 
@@ -106,7 +106,7 @@ def main() -> int:
         run_suite(args, overrides)
         return 0
     launcher = AppLauncher(args)
-    result = measure_task(args, overrides, flags)
+    result = measure_task(args, overrides)
     launcher.app.close()
     show(result)
     if args.json is not None:
@@ -117,7 +117,7 @@ def main() -> int:
     return 0
 
 
-def measure_task(args, overrides: list[str], flags: list[cli.FlagSetting]) -> dict:
+def measure_task(args, overrides: list[str]) -> dict:
     """Start the task and measure it; plain values by name."""
     import torch
 
@@ -136,7 +136,7 @@ def measure_task(args, overrides: list[str], flags: list[cli.FlagSetting]) -> di
     packages_s = time.perf_counter() - START - torch_s
     before = time.perf_counter()
     agent = None if args.profile_training is None else "rsl_rl_cfg_entry_point"
-    settings = Settings(args.task, agent, overrides, flags)
+    settings = Settings(args.task, agent, overrides, args.flag_settings)
     settings.resolve(training=agent is not None)
     env_cfg = settings.env
     flag = "--profile" if args.profile else "--profile_training" if args.profile_training is not None else None

@@ -23,12 +23,11 @@ def parse():
     parser.add_argument("--agent", type=str, default="rsl_rl_cfg_entry_point", help="key of the agent's configuration")
     AppLauncher.add_app_launcher_args(parser)
     parser.settings["device"] = COMMON_SETTINGS["device"]
-    args, overrides = parser.parse()
-    return args, overrides, parser.given_settings(args)
+    return parser.parse()
 
 
 def main() -> int:
-    args, overrides, flags = parse()
+    args, overrides = parse()
     launcher = AppLauncher(args)
 
     import gymnasium as gym
@@ -43,7 +42,7 @@ def main() -> int:
 
     results = None if args.evaluation is None else read_json(args.evaluation)
     name = runs.pretrained_name(args.task)
-    settings = Settings(args.task, args.agent, overrides, flags)
+    settings = Settings(args.task, args.agent, overrides, args.flag_settings)
     settings.resolve(num_envs=16)
     agent_cfg = settings.agent
     env = gym.make(args.task, cfg=settings.env)

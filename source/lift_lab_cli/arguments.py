@@ -28,8 +28,8 @@ VIDEO_SETTINGS = {
 }
 """What the flags set that say what a video shows. Everything else of the camera is an override of ``env.viewer``."""
 
-TRAINING_VIDEO = {"video_length": 200, "video_interval": 2000}
-"""Flags of the videos of a training and their defaults, in steps."""
+VIDEO_LENGTH, VIDEO_INTERVAL = 200, 2000
+"""Steps in a video of a training, and between the starts of two."""
 
 
 def positive(text: str) -> int:
@@ -88,18 +88,17 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
     if training:
         parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
         library.add_training_flags(parser)
-        _add_training_video_flags(parser)
+        text = "make videos while training, in a process of their own"
+        parser.add_argument("--video", action="store_true", help=text)
+        text = f"steps in a video (default: {VIDEO_LENGTH}); needs --video"
+        parser.add_argument("--video_length", type=positive, default=None, help=text)
+        text = f"steps between the starts of two videos (default: {VIDEO_INTERVAL}); needs --video"
+        parser.add_argument("--video_interval", type=positive, default=None, help=text)
     else:
         library.add_playing_flags(parser)
         parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
-        parser.add_argument(
-            "--video",
-            nargs="?",
-            const="",
-            default=None,
-            metavar="FILE.mp4",
-            help="write an mp4 (default: beside the run)",
-        )
+        text = "write an mp4 (default: beside the run)"
+        parser.add_argument("--video", nargs="?", const="", default=None, metavar="FILE.mp4", help=text)
         parser.add_argument("--video_length", type=positive, default=None, help="steps in the video, and to take")
     _add_video_flags(parser)
     return parser, library
@@ -128,28 +127,6 @@ def check_checkpoint_flags(parser: Parser, args: argparse.Namespace) -> None:
 # -- videos
 
 
-def _add_training_video_flags(parser: Parser) -> None:
-    parser.add_argument("--video", action="store_true", help="make videos while training, in a process of their own")
-    length, interval = TRAINING_VIDEO.values()
-    parser.add_argument(
-        "--video_length", type=positive, default=None, help=f"steps in a video (default: {length}); needs --video"
-    )
-    parser.add_argument(
-        "--video_interval",
-        type=positive,
-        default=None,
-        help=f"steps between the starts of two videos (default: {interval}); needs --video",
-    )
-
-
-def check_training_video_flags(parser: Parser, args: argparse.Namespace) -> None:
-    """End with one line where a flag of the videos is given without ``--video``; set the others to their defaults."""
-    for name, default in TRAINING_VIDEO.items():
-        if getattr(args, name) is not None and not args.video:
-            parser.error(f"--{name} says what a video shows: add --video")
-        setattr(args, name, getattr(args, name) or default)
-
-
 def _add_video_flags(parser: Parser) -> None:
     group = parser.add_argument_group("video", "eye, lookat, resolution, quality and more: env.viewer.NAME=VALUE")
     group.add_argument("--video_envs", type=positive, default=None, help="environments in the frame (default: 1)")
@@ -169,7 +146,8 @@ def check_video_flags(parser: Parser, args: argparse.Namespace) -> None:
 
 def given_video_flags(args: argparse.Namespace) -> list[str]:
     """The given flags that say what a video shows."""
-    return [f"--{name}" for name in VIDEO_SETTINGS if getattr(args, name)]
+    names = ("video_length", "video_interval", *VIDEO_SETTINGS)
+    return [f"--{name}" for name in names if getattr(args, name, None)]
 
 
 # -- overrides between the values of a flag

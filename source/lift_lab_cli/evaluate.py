@@ -41,12 +41,12 @@ def parse():
     check_checkpoint_flags(parser, args)
     if "standard" in args.perturb:
         parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
-    return args, overrides, parser.given_settings(args)
+    return args, overrides
 
 
 def main() -> int:
-    args, overrides, flags = parse()
-    launcher = AppLauncher(args)
+    args, overrides = parse()
+    AppLauncher(args)
 
     import gymnasium as gym
 
@@ -62,7 +62,7 @@ def main() -> int:
     check_agent(args)
     if args.json is not None:
         check_target(args.json)
-    settings = Settings(args.task, args.agent, overrides, flags)
+    settings = Settings(args.task, args.agent, overrides, args.flag_settings)
     settings.resolve(num_envs=min(args.episodes, MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
     perturb_all(env_cfg, args.perturb)
@@ -82,7 +82,6 @@ def main() -> int:
         result = evaluate(wrapped, runner.get_inference_policy(device=agent_cfg.device), args.episodes)
     finally:
         env.close()
-        launcher.app.close()
     summary = result.summary()
     show(" ".join([args.task, *args.perturb]), checkpoint, summary)
     if args.json is not None:

@@ -143,24 +143,23 @@ class Library(abc.ABC):
 
     # -- settings
 
-    def check_agent(self, args: argparse.Namespace) -> None:  # noqa: B027 - any key may be a dictionary's
-        """Check that ``--agent`` is a key of this library's configurations."""
-
-    def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
-        """Resolve the settings, with those that only this library has.
+    def make_settings(self, args: argparse.Namespace, overrides: list[str], training: bool, place: Place) -> Settings:
+        """Compose and resolve the settings, with those that only this library has.
 
         Args:
-            settings: settings as composed.
             args: flags.
+            overrides: in hydra's grammar.
             training: whether a policy is trained, not played.
             place: this process's place among those of the training.
 
         Raises:
-            ConfigError: a setting is wrong.
+            LiftLabError: there is no such task or agent, or a setting is wrong.
         """
         from lift_lab.utils.errors import ConfigError
+        from lift_lab_tasks.settings import Settings
         from lift_lab_tasks.utils.runs import check_run_names
 
+        settings = Settings(args.task, args.agent, overrides, args.flag_settings)
         if not isinstance(settings.agent, dict):
             kind = type(settings.agent).__name__
             raise ConfigError(f"--agent {args.agent} is a {kind}: this library reads dictionaries")
@@ -169,6 +168,7 @@ class Library(abc.ABC):
         if training and args.max_iterations is not None:
             settings.set("--max_iterations", *self.length(settings, args.max_iterations))
         check_run_names(args)
+        return settings
 
     def check_numbers(self, cfg: dict[str, Any]) -> None:
         """Check the numbers of the agent's configuration; here, that none is NaN.
@@ -245,7 +245,7 @@ class Library(abc.ABC):
     def player(self, env: Any, settings: Settings, args: argparse.Namespace, checkpoint: Path) -> Player:
         """A policy in an environment, which this library wraps."""
 
-    def show(self, args: argparse.Namespace, overrides: list[str], parser: Parser) -> int | None:
+    def show(self, args: argparse.Namespace, overrides: list[str]) -> int | None:
         """Show a policy in another way than playing it; the exit status, or None if the flags ask for no other way."""
         return None
 

@@ -24,19 +24,14 @@ def main(library: Library | None = None) -> int:
         args.video, overrides = "", [args.video, *overrides]
     if args.video and not args.video.endswith(".mp4"):
         parser.error(f"--video: expected a file ending in .mp4, got '{args.video}'")
-    if args.video is None and args.video_length is not None:
-        parser.error("--video_length says how long a video is: add --video")
     library.check_playing_flags(parser, args)
     check_video_flags(parser, args)
-    launcher = AppLauncher(args)
-    try:
-        status = library.show(args, overrides, parser)
-        return _play(library, args, overrides, parser.given_settings(args)) if status is None else status
-    finally:
-        launcher.app.close()
+    AppLauncher(args)
+    status = library.show(args, overrides)
+    return _play(library, args, overrides) if status is None else status
 
 
-def _play(library: Library, args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting]) -> int:
+def _play(library: Library, args: argparse.Namespace, overrides: list[str]) -> int:
     from lift_lab_rl.optional_packages import require_package
 
     require_package(library.package, library.name)
@@ -46,13 +41,10 @@ def _play(library: Library, args: argparse.Namespace, overrides: list[str], flag
     from lift_lab_rl.distributed import Place
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
-    from lift_lab_tasks.settings import Settings
 
     if args.video is not None:
         require_video()
-    library.check_agent(args)
-    settings = Settings(args.task, args.agent, overrides, flags)
-    library.resolve(settings, args, False, Place())
+    settings = library.make_settings(args, overrides, False, Place())
     checkpoint = library.find_policy(settings, args)
     if settings.env.sim.device == "cpu":
         use_one_torch_thread()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lift_lab.app.cli import Parser
 
-from .arguments import add_checkpoint_flags, check_checkpoint_flags, given_video_flags, positive
+from .arguments import add_checkpoint_flags, check_checkpoint_flags, positive
 from .library import Library, Player, Run, Training
 
 if TYPE_CHECKING:
@@ -69,17 +69,17 @@ class RslRl(Library):
         from .watch import check_watching_flags
 
         check_checkpoint_flags(parser, args)
-        check_watching_flags(parser, args, given_video_flags(args))
+        check_watching_flags(parser, args)
 
     # -- settings
 
-    def check_agent(self, args: argparse.Namespace) -> None:
-        check_agent(args)
-
-    def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
+    def make_settings(self, args: argparse.Namespace, overrides: list[str], training: bool, place: Place) -> Settings:
         from lift_lab.utils.errors import ConfigError
         from lift_lab_rl.rsl_rl.wandb_writer import require_logger
+        from lift_lab_tasks.settings import Settings
 
+        check_agent(args)
+        settings = Settings(args.task, args.agent, overrides, args.flag_settings)
         agent = settings.agent
         if training:
             require_logger(agent.logger)
@@ -92,6 +92,7 @@ class RslRl(Library):
                 cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
         settings.resolve(training)
         settings.env.sim.device, agent.device = place.device(settings.env.sim.device), place.device(agent.device)
+        return settings
 
     # -- runs
 
@@ -138,11 +139,11 @@ class RslRl(Library):
     def player(self, env: Any, settings: Settings, args: argparse.Namespace, checkpoint: Path) -> Player:
         return _Player(env, settings, checkpoint, self.output_folder(settings, checkpoint) / "exported")
 
-    def show(self, args: argparse.Namespace, overrides: list[str], parser: Parser) -> int | None:
+    def show(self, args: argparse.Namespace, overrides: list[str]) -> int | None:
         if args.viewer or args.replay is not None or args.agent in SCRIPTED:
             from .watch import watch
 
-            return watch(args, overrides, parser.given_settings(args))
+            return watch(args, overrides)
         return None
 
 

@@ -32,11 +32,12 @@ class Skrl(Library):
         "run_name": ("agent.agent.experiment.experiment_name",),
     }
 
-    def resolve(self, settings: Settings, args: argparse.Namespace, training: bool, place: Place) -> None:
-        super().resolve(settings, args, training, place)
+    def make_settings(self, args: argparse.Namespace, overrides: list[str], training: bool, place: Place) -> Settings:
+        settings = super().make_settings(args, overrides, training, place)
         settings.agent["trainer"]["close_environment_at_exit"] = False
         if not training:
             settings.agent["agent"]["experiment"] |= {"write_interval": 0, "checkpoint_interval": 0}
+        return settings
 
     def check_numbers(self, cfg: dict[str, Any]) -> None:
         from lift_lab_rl.library_ranges import SKRL_NEEDED, SKRL_RANGES, check_library_cfg

@@ -71,7 +71,9 @@ def parse():
         parser.error("--perturb_episodes counts the episodes under each perturbation: add --perturb")
     if args.num_threads is None and args.processes > 1:
         args.num_threads = max(1, (os.cpu_count() or 1) // args.processes)
-    return args, overrides, parser.given_settings(args)
+        for path in parser.settings["num_threads"]:
+            args.flag_settings.append(cli.FlagSetting("--num_threads", path, args.num_threads))
+    return args, overrides
 
 
 def seed(text: str) -> int:
@@ -91,8 +93,7 @@ def folder_name(text: str) -> str:
 class Study:
     """Runs jobs in child processes and keeps the results file up to date."""
 
-    def __init__(self, args: Any, overrides: list[str], flags: list[Any], jobs: list[Any], perturb: list[str]):
-        self.flags = flags
+    def __init__(self, args: Any, overrides: list[str], jobs: list[Any], perturb: list[str]):
         self.args, self.overrides, self.jobs, self.perturb = args, overrides, jobs, perturb
         self.folder = (Path("logs") / "rsl_rl" / args.name).absolute()
         self.results = self.folder / "results.json"
@@ -131,7 +132,7 @@ class Study:
             for text in (None, *self.perturb):
                 words = [*variant.overrides, *self.overrides]
                 self._check_overrides(words)
-                settings = Settings(variant.task, "rsl_rl_cfg_entry_point", words, self.flags)
+                settings = Settings(variant.task, "rsl_rl_cfg_entry_point", words, self.args.flag_settings)
                 if text is not None:
                     perturb(settings.env, text)
                     continue
@@ -321,7 +322,7 @@ class Study:
 
 
 def main() -> int:
-    args, overrides, flags = parse()
+    args, overrides = parse()
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab_rl.perturbations import STANDARD
@@ -338,7 +339,7 @@ def main() -> int:
     perturb = [name for text in args.perturb for name in (STANDARD if text == "standard" else (text,))]
     tasks = args.tasks or (PAPER.baseline_task, PAPER.curriculum_task)
     jobs = make_jobs([Variant.parse(text) for text in tasks], args.seeds)
-    study = Study(args, overrides, flags, jobs, perturb)
+    study = Study(args, overrides, jobs, perturb)
     study.check()
     study.prepare()
     try:

@@ -10,7 +10,7 @@ from typing import Any
 from lift_lab.app import AppLauncher, cli
 from lift_lab.app.endings import exit_status
 
-from .arguments import check_training_video_flags, check_video_flags, library_parser
+from .arguments import VIDEO_INTERVAL, VIDEO_LENGTH, check_video_flags, library_parser
 from .library import Library, Run
 
 START = time.perf_counter()
@@ -24,17 +24,10 @@ def main(library: Library | None = None) -> int:
     """
     parser, library = library_parser(library, training=True)
     args, overrides = parser.parse()
-    check_training_video_flags(parser, args)
     check_video_flags(parser, args)
     library.check_training_flags(parser, args)
-    launcher = AppLauncher(args)
-    try:
-        return _train(library, args, overrides, parser.given_settings(args))
-    finally:
-        launcher.app.close()
+    AppLauncher(args)
 
-
-def _train(library: Library, args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting]) -> int:
     from lift_lab_rl.optional_packages import require_package
 
     require_package(library.package, library.name)
@@ -46,7 +39,6 @@ def _train(library: Library, args: argparse.Namespace, overrides: list[str], fla
     from lift_lab_rl.run_params import write_params
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_rl.video import require_video
-    from lift_lab_tasks.settings import Settings
     from lift_lab_tasks.utils.runs import discard_unused, fingerprint
 
     console = Console()
@@ -56,9 +48,7 @@ def _train(library: Library, args: argparse.Namespace, overrides: list[str], fla
         if place.is_main:
             console.print(text, markup=False, highlight=False, soft_wrap=True)
 
-    library.check_agent(args)
-    settings = Settings(args.task, args.agent, overrides, flags)
-    library.resolve(settings, args, True, place)
+    settings = library.make_settings(args, overrides, True, place)
     args.video = args.video and place.is_main
     if args.video:
         require_video()
@@ -103,8 +93,9 @@ def _filmed(env: Any, args: argparse.Namespace, folder: Path, say: Any) -> Any:
     if not args.video:
         return env
     videos = folder / "videos" / "train"
-    length = min(args.video_length, args.video_interval)
-    return RecordVideo(env, lambda step: videos / f"step_{step}.mp4", args.video_interval, length, say=say)
+    interval = args.video_interval or VIDEO_INTERVAL
+    length = min(args.video_length or VIDEO_LENGTH, interval)
+    return RecordVideo(env, lambda step: videos / f"step_{step}.mp4", interval, length, say=say)
 
 
 if __name__ == "__main__":

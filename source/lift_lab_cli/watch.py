@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from lift_lab.app import cli, endings
 
+from .arguments import given_video_flags
 from .rsl_rl_library import SCRIPTED, check_agent, find_policy, make_runner
 
 _MOST_ENVS = 50
@@ -23,16 +23,11 @@ def add_watching_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays it")
 
 
-def check_watching_flags(parser: cli.Parser, args: argparse.Namespace, video_flags: Sequence[str]) -> None:
-    """End with one line where a flag would say nothing.
-
-    Args:
-        parser: of the flags.
-        args: the flags.
-        video_flags: those that are given and say what a video shows.
-    """
+def check_watching_flags(parser: cli.Parser, args: argparse.Namespace) -> None:
+    """End with one line where a flag would have no effect."""
     if args.port is not None and not args.viewer:
         parser.error("--port is the viewer's: add --viewer")
+    video_flags = given_video_flags(args)
     if video_flags and (args.viewer or args.replay is not None):
         parser.error(f"{video_flags[0]} belongs to --video, not to --viewer and --replay")
     if args.replay is not None and args.replay.suffix != ".html":
@@ -42,7 +37,7 @@ def check_watching_flags(parser: cli.Parser, args: argparse.Namespace, video_fla
             parser.error(f"--agent {args.agent} needs no --{name}")
 
 
-def watch(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting]) -> int:
+def watch(args: argparse.Namespace, overrides: list[str]) -> int:
     """Show a policy.
 
     Raises:
@@ -59,15 +54,15 @@ def watch(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSe
     require_viser()
     if args.replay is not None:
         check_target(args.replay)
-        return _run(args, overrides, flags, None)
+        return _run(args, overrides, None)
     server = open_server(DEFAULT_PORT if args.port is None else args.port, args.task)
     try:
-        return _run(args, overrides, flags, server)
+        return _run(args, overrides, server)
     finally:
         server.stop()
 
 
-def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSetting], server) -> int:
+def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
@@ -79,7 +74,7 @@ def _run(args: argparse.Namespace, overrides: list[str], flags: list[cli.FlagSet
     from lift_lab_tasks.utils import task_kwargs
 
     check_agent(args)
-    settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, flags)
+    settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, args.flag_settings)
     settings.resolve(num_envs=min(settings.env.scene.num_envs, _MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed

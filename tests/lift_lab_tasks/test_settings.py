@@ -116,7 +116,7 @@ def test_a_parser_tells_which_entries_its_flags_set():
     parser.add_argument("--quick", action="store_true")
     parser.settings |= {"seed": ("env.seed", "agent.seed"), "run_name": ("agent.run_name",), "quick": ("env.quick",)}
     args, _ = parser.parse(["--seed", "0", "--num_envs", "3"])
-    assert parser.given_settings(args) == [("--seed", "env.seed", 0), ("--seed", "agent.seed", 0)]
+    assert args.flag_settings == [("--seed", "env.seed", 0), ("--seed", "agent.seed", 0)]
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,7 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
         (["--tasks", "x=Cartpole env.seed=3"], "env.seed of a study is set by --seeds"),
         (["agent.run_name=x"], "set by the tasks' labels"),
         (["agent.resume=true"], "set by the study"),
+        (["--processes", "2", "env.sim.num_threads=99"], "and env.sim.num_threads=99: give one of them"),
         (["--num_envs", "8", "env.scene.num_envs=9"], "--num_envs 8 and env.scene.num_envs=9: give one of them"),
         (["--max_iterations", "8", "agent.max_iterations=9"], "give one of them"),
         (["--perturb_episodes", "8"], "--perturb_episodes counts the episodes under each perturbation: add --perturb"),

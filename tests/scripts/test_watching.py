@@ -81,7 +81,7 @@ def test_a_port_that_is_taken_is_told_before_anything_is_built(script):
         (["--replay", "a.txt"], "expected a file ending in .html"),
         (["--replay", "/proc/a/b.html", "--agent", "zero"], "cannot write '/proc/a/b.html'"),
         (["--viewer", "--video_envs", "2"], "--video_envs belongs to --video"),
-        (["--video_length", "5"], "--video_length says how long a video is: add --video"),
+        (["--video_length", "5"], "--video_length says what a video shows: add --video"),
         (["--checkpoint", "pretrained", "--load_run", "x"], "--load_run chooses among runs"),
         (["--agent", "sb3_cfg_entry_point"], "did you mean 'rsl_rl_cfg_entry_point'"),
         (["--agent", "none"], "choose one of: 'rsl_rl_cfg_entry_point', 'zero', 'random'"),

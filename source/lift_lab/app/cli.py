@@ -72,7 +72,8 @@ class Parser(argparse.ArgumentParser):
             argv: arguments; None for the process's.
 
         Returns:
-            The flags, and the overrides as they were written.
+            The flags, and the overrides as they were written. ``flag_settings`` of the flags is a list of the entries
+            of configurations that the given ones set, by :attr:`settings`.
         """
         args, rest = self.parse_known_args(argv)
         flags = [text for text in rest if text.startswith("-")]
@@ -84,10 +85,10 @@ class Parser(argparse.ArgumentParser):
             from .multirun import run_each
 
             raise SystemExit(run_each([sys.argv[0], *(sys.argv[1:] if argv is None else argv)], rest))
+        args.flag_settings = self._given_settings(args)
         return args, rest
 
-    def given_settings(self, args: argparse.Namespace) -> list[FlagSetting]:
-        """The entries of configurations that the given flags set, by :attr:`settings`."""
+    def _given_settings(self, args: argparse.Namespace) -> list[FlagSetting]:
         given = {name: getattr(args, name, None) for name in self.settings}
         return [
             FlagSetting(f"--{name}", path, value)
