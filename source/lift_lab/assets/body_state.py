@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, ClassVar
 import torch
 
 from lift_lab.utils import math as math_utils
-from lift_lab.utils.versions import version_of
 
 from .asset_base import as_columns, take_columns
 from .asset_data import AssetData, cached
@@ -59,7 +58,7 @@ class BodyState(AssetData):
         self._root_stands = free_qpos_adr is None and mocap_id is None and model.body_weldid[body_ids[0]] == 0
         self._kept: dict[str, torch.Tensor] = {}  # pose of a root that stands, from state to state
         self._kept_is_aligned = False
-        self._origins_version = version_of(env_origins_w)
+        self._origins_version = _version_of(env_origins_w)
         self._origins_may_differ = self._origins_version is None  # from those at construction
         self.default_root_state = torch.zeros(physics.num_envs, 13, device=device)
         """Default root pose and velocity in the environment's frame, shape (num_envs, 13)."""
@@ -106,7 +105,7 @@ class BodyState(AssetData):
         """Forget cached values, other than the pose of a root that is fixed to the world."""
         super().invalidate()
         if self._kept:
-            if self._origins_moved() or any(map(version_of, self._kept.values())):  # somebody wrote into them
+            if self._origins_moved() or any(map(_version_of, self._kept.values())):  # somebody wrote into them
                 self._kept.clear()
             self._cache.update(self._kept)
 
@@ -130,14 +129,14 @@ class BodyState(AssetData):
 
     def _origins_moved(self) -> bool:
         """Whether the environments' origins may have been changed."""
-        if not self._origins_may_differ and self._origins_version != version_of(self._origins_w):
+        if not self._origins_may_differ and self._origins_version != _version_of(self._origins_w):
             self._origins_may_differ = True
         return self._origins_may_differ
 
     def on_state_loaded(self) -> None:
         super().on_state_loaded()
         self._kept.clear()
-        self._origins_version = version_of(self._origins_w)
+        self._origins_version = _version_of(self._origins_w)
 
     # -- root pose
 
@@ -345,3 +344,8 @@ class BodyState(AssetData):
     def body_com_pose_b(self) -> torch.Tensor:
         """Principal inertia frames in the link frames, shape (num_envs, num_bodies, 7)."""
         return torch.cat((self.body_com_pos_b, self.body_com_quat_b), dim=-1)
+
+
+def _version_of(tensor: torch.Tensor) -> int | None:
+    """How often a tensor, or what it is a part of, was written into; None where torch does not count it."""
+    return None if tensor.is_inference() else tensor._version

@@ -153,12 +153,14 @@ class MetricsManager(FunctionTermManager):
         """
         if not self._term_cfgs:
             return
-        values = [cfg.func(self._env, **cfg.params) for cfg in self._term_cfgs]
-        for name, value in zip(self._term_names, values, strict=True):
+        values = []
+        for name, cfg in zip(self._term_names, self._term_cfgs, strict=True):
+            value: Any = cfg.func(self._env, **cfg.params)
             if not isinstance(value, torch.Tensor) or value.shape != self._steps.shape:
                 found = f"shape {tuple(value.shape)}" if isinstance(value, torch.Tensor) else repr(value)
                 expected = f"a tensor of shape ({self.num_envs},)"
                 raise ConfigError(f"{self._owner(name)} returned {found}, expected {expected}")
+            values.append(value)
         torch.stack(values, out=self._values)
         self._has_measured = True
         self._steps += 1.0

@@ -75,11 +75,18 @@ class RewardManager(FunctionTermManager):
         """
         if not self._term_cfgs:
             return torch.zeros_like(self._skipped)
-        values = [
-            self._call(index, cfg) if cfg.weight != 0.0 else self._skipped for index, cfg in enumerate(self._term_cfgs)
-        ]
+        values, factors = [], []
+        for name, cfg in zip(self._term_names, self._term_cfgs, strict=True):
+            value: Any = cfg.func(self._env, **cfg.params) if cfg.weight != 0.0 else self._skipped
+            if not isinstance(value, torch.Tensor):
+                value = torch.full_like(self._skipped, value)
+            elif value.shape != self._shape:
+                raise ConfigError(
+                    f"{self._owner(name)} returned shape {tuple(value.shape)}, expected ({self.num_envs},)"
+                )
+            values.append(value)
+            factors.append(cfg.weight * dt)
         torch.stack(values, out=self._values)
-        factors = [cfg.weight * dt for cfg in self._term_cfgs]
         if factors != self._factors:  # weights change with curricula only
             self._factors = factors
             self._factor_row = torch.tensor(factors, device=self.device)
@@ -87,17 +94,6 @@ class RewardManager(FunctionTermManager):
         torch.addcmul(self._sums, self._values, self._factor_column, out=self._sums_before)
         self._sums, self._sums_before = self._sums_before, self._sums
         return torch.mv(self._values_by_env, self._factor_row)
-
-    def _call(self, index: int, cfg: RewardTermCfg) -> torch.Tensor:
-        value: Any = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
-        if not isinstance(value, torch.Tensor):
-            return torch.full_like(self._skipped, value)
-        if value.shape != self._shape:
-            raise ConfigError(
-                f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
-                f" expected ({self.num_envs},)"
-            )
-        return value
 
     def leave_out_last_step(self, envs: torch.Tensor) -> None:
         """Take back what the last :meth:`compute` added to the episodes' sums of some environments.

@@ -73,7 +73,16 @@ class TerminationManager(FunctionTermManager):
         """
         if not self._term_cfgs:
             return self._dones
-        values = [self._call(index, cfg) for index, cfg in enumerate(self._term_cfgs)]
+        values = []
+        for name, cfg in zip(self._term_names, self._term_cfgs, strict=True):
+            value: torch.Tensor = cfg.func(self._env, **cfg.params)
+            if value.shape != self._none.shape:
+                raise ConfigError(
+                    f"{self._owner(name)} returned shape {tuple(value.shape)}, expected ({self.num_envs},)"
+                )
+            if value.dtype != torch.bool:
+                raise ConfigTypeError(f"{self._owner(name)} returned {value.dtype}, expected torch.bool")
+            values.append(value)
         self._fired = torch.stack(values)
         rows = self._fired.unbind()
         self._truncated = self._any(rows, time_out=True)
@@ -81,17 +90,6 @@ class TerminationManager(FunctionTermManager):
         self._dones = self._truncated | self._terminated
         self._ended_last_episode = torch.where(self._dones, self._fired, self._ended_last_episode)
         return self._dones
-
-    def _call(self, index: int, cfg: TerminationTermCfg) -> torch.Tensor:
-        value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
-        if value.shape != self._none.shape:
-            raise ConfigError(
-                f"{self._owner(self._term_names[index])} returned shape {tuple(value.shape)},"
-                f" expected ({self.num_envs},)"
-            )
-        if value.dtype != torch.bool:
-            raise ConfigTypeError(f"{self._owner(self._term_names[index])} returned {value.dtype}, expected torch.bool")
-        return value
 
     def _any(self, fired: Sequence[torch.Tensor], time_out: bool) -> torch.Tensor:
         """Union of what one kind of terms returned."""
