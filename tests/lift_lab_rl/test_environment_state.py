@@ -59,13 +59,15 @@ def make(num_envs=4, seed=1):
 
 
 def run(env, steps, seed=0):
-    """Everything that a learner sees in some steps of random actions."""
+    """Everything that a learner sees in some steps of random actions, and the metrics of episodes that end."""
     generator = torch.Generator().manual_seed(seed)
     seen = []
     for _ in range(steps):
         actions = torch.randn(env.num_envs, env.action_manager.total_action_dim, generator=generator)
-        obs, rewards, terminated, truncated, _ = env.step(actions)
+        obs, rewards, terminated, truncated, extras = env.step(actions)
         seen += [obs["policy"].clone(), rewards.clone(), terminated.clone(), truncated.clone()]
+        if (terminated | truncated).any():
+            seen.append(torch.tensor([float(v) for name, v in extras["log"].items() if name.startswith("Metrics/")]))
     return seen
 
 
@@ -95,6 +97,7 @@ def test_an_environment_goes_on_as_if_it_had_not_stopped(env, tmp_path):
     assert other.common_step_counter == 50
     other.close()
     assert all(torch.equal(a, b) for a, b in zip(expected, found, strict=True))
+    assert any(values.dim() == 1 and len(values) >= 9 for values in found)  # seven of the task, two of the physics
 
 
 def test_writing_a_state_down_changes_nothing(env):
