@@ -125,6 +125,8 @@ def test_a_policy_is_shown_and_judged_with_uniform_goals():
     [
         (f"{TERM}.params.share=1.5", "share is 1.5"),
         (f"+{TERM}.params.command_name=other", "object_pose"),
+        (f"+{TERM}.params.metric=sucess", "practise_missed_goals: its metric 'sucess' .* did you mean 'success'"),
+        ("env.metrics=null", "practise_missed_goals: its metric 'success' is no term of env.metrics"),
     ],
 )
 def test_a_wrong_parameter_is_named(override, message):

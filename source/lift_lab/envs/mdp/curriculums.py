@@ -126,9 +126,9 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         super().__init__(cfg, env)
         params = cfg.params
         self._term_cfg = env.reward_manager.get_term_cfg(params["term_name"])
-        env.metrics_manager.get_term_cfg(params.get("metric", "success"))
         self._rate, self._episodes, self._last_step = 0.0, 0, env.common_step_counter
         name = type(self).__name__
+        check_metric(self, env)
         if params["num_steps"] < 1 or params.get("window", 1) < 1:
             raise ConfigError(f"{name}: num_steps and window must be at least 1")
         if not params.get("lower_at", 0.5) <= params.get("raise_at", 0.8):
@@ -175,6 +175,18 @@ class anneal_reward_weight_on_success(ManagerTermBase):
         return {"weight": self._term_cfg.weight, "success_rate": self._rate}
 
 
+def check_metric(term: ManagerTermBase, env: ManagerBasedRLEnv) -> None:
+    """Check that a curriculum term's parameter ``metric``, "success" by default, names a metrics term.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    metric, terms = term.cfg.params.get("metric", "success"), env.metrics_manager.active_terms
+    if metric not in terms:
+        owner, hint = type(term).__name__, suggest(metric, terms)
+        raise ConfigError(f"{owner}: its metric '{metric}' is no term of env.metrics: {hint}")
+
+
 class modify_env_param(ManagerTermBase):
     """Change anything that a dotted path from the environment leads to.
 
@@ -218,14 +230,14 @@ class modify_term_cfg(modify_env_param):
     """Change the config of a manager's term: :class:`modify_env_param` with a shorter address.
 
     ``"commands.goal.ranges.pos_x"`` stands for ``"command_manager.cfg.goal.ranges.pos_x"``, and so for
-    ``observations``, ``actions``, ``events``, ``rewards`` and ``terminations``.
+    ``observations``, ``actions``, ``events``, ``rewards``, ``terminations`` and ``metrics``.
     """
 
     def _expand(self, address: str) -> str:
         group, dot, rest = address.partition(".")
-        manager = f"{group.removesuffix('s')}_manager"
+        manager = "metrics_manager" if group == "metrics" else f"{group.removesuffix('s')}_manager"
         if not dot or not hasattr(self._env, manager):
-            groups = ("observations", "actions", "commands", "events", "rewards", "terminations")
+            groups = ("observations", "actions", "commands", "events", "rewards", "terminations", "metrics")
             raise ConfigError(
                 f"modify_term_cfg: address '{address}' must begin with a manager's name and a term: "
                 f"{suggest(group, groups)}"

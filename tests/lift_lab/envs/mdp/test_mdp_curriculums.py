@@ -34,7 +34,11 @@ def env():
         common_step_counter=0,
         reward_manager=_Rewards(),
         command_manager=SimpleNamespace(cfg=command),
-        metrics_manager=SimpleNamespace(get_term_cfg=lambda name: None, counted_ids=lambda env_ids: slice(None)),
+        metrics_manager=SimpleNamespace(
+            active_terms=["success"],
+            counted_ids=lambda env_ids: slice(None),
+            cfg=SimpleNamespace(success=SimpleNamespace(params={"threshold": 0.02})),
+        ),
     )
 
 
@@ -139,6 +143,10 @@ def test_a_parameter_inside_a_dictionary_can_be_changed(env):
         term, params = _term(mdp.modify_term_cfg, env, address=address, modify_fn=lambda env, ids, old: old + 1.0)
         term(env, IDS, **params)
     assert env.reward_manager.cfg.penalty.params["range"]["x"] == 3.0
+    address = "metrics.success.params.threshold"
+    term, params = _term(mdp.modify_term_cfg, env, address=address, modify_fn=lambda env, ids, old: 2.0 * old)
+    term(env, IDS, **params)
+    assert env.metrics_manager.cfg.success.params["threshold"] == 0.04
 
 
 @pytest.mark.parametrize(
@@ -196,7 +204,14 @@ def test_a_weight_that_follows_success_can_move_evenly_and_continues_from_where_
 
 @pytest.mark.parametrize(
     "settings",
-    [{"num_steps": 0}, {"window": 0}, {"raise_at": 0.3}, {"initial_weight": 0.0}, {"initial_weight": -1.0}],
+    [
+        {"num_steps": 0},
+        {"window": 0},
+        {"raise_at": 0.3},
+        {"initial_weight": 0.0},
+        {"initial_weight": -1.0},
+        {"metric": "sucess"},
+    ],
 )
 def test_a_weight_that_follows_success_checks_its_settings(env, settings):
     params = {"initial_weight": -1e-4, "final_weight": -1.0, "num_steps": 100} | settings

@@ -148,7 +148,7 @@ class MetricsCfg:
     )
     first_pick_drop = MetricTerm(
         func=mdp.first_pick_drop,
-        params={"low_m": 0.03, "high_m": 0.06},
+        params={"heights_m": (0.03, 0.06)},
         reduce="max",
         log_as="object_pose/first_pick_drop",
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import torch
 
 from lift_lab.envs.mdp.actions.binary_joint_actions import BinaryJointAction
+from lift_lab.envs.mdp.curriculums import check_metric
 from lift_lab.managers import ManagerTermBase
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.ranges import COUNT_OR_ZERO, FRACTION, NOT_NEGATIVE, POSITIVE
@@ -117,7 +118,7 @@ class practise_missed_goals(ManagerTermBase):
         self._goals_b = torch.zeros(env.num_envs, 3, device=env.device)
         self._missed = torch.zeros(env.num_envs, device=env.device)
         self._command.replay_missed_goals(self._goals_b, self._missed, share=0.0, spread_m=0.0)
-        env.metrics_manager.get_term_cfg(params.get("metric", "success"))
+        check_metric(self, env)
 
     def __call__(
         self,

@@ -10,7 +10,7 @@ import torch
 from lift_lab.envs.mdp import command_pos_w
 from lift_lab.managers import ManagerTermBase, MetricsTermCfg, SceneEntityCfg
 from lift_lab.utils.indexing import fill_rows
-from lift_lab.utils.ranges import FINITE, POSITIVE
+from lift_lab.utils.ranges import POSITIVE, SPAN
 from lift_lab.utils.step_cache import once_a_step
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ class first_pick_drop(ManagerTermBase):
     """1 where the object lies again after it was held up, else 0.
 
     Params:
-        low_m: height (world) below which the object lies.
-        high_m: height above which it is held.
+        heights_m: an object above the second height (world) is held; below the first one after that, it was dropped.
         object_cfg: the object.
     """
 
@@ -66,10 +65,10 @@ class first_pick_drop(ManagerTermBase):
     def __call__(
         self,
         env: ManagerBasedRLEnv,
-        low_m: Annotated[float, FINITE],
-        high_m: Annotated[float, FINITE],
+        heights_m: Annotated[tuple[float, float], SPAN],
         object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
     ) -> torch.Tensor:
+        low_m, high_m = heights_m
         height_m = env.scene[object_cfg.name].data.root_pos_w[:, 2]
         dropped = self._held & (height_m < low_m)
         self._held |= height_m > high_m

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import torch
 
 from lift_lab.managers import SceneEntityCfg
-from lift_lab.utils.ranges import FINITE
+from lift_lab.utils.ranges import POSITIVE
 
 from .metrics import object_goal_distance_m
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def object_reached_goal(
     env: ManagerBasedRLEnv,
     command_name: str = "object_pose",
-    threshold: Annotated[float, FINITE] = 0.02,
+    threshold: Annotated[float, POSITIVE] = 0.02,
     robot_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
