@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, NOT_NEGATIVE_OR_INF, POSITIVE_OR_INF, Ranges
 
 from .actuator_net import ActuatorNetLSTM, ActuatorNetMLP
@@ -13,7 +13,7 @@ from .actuator_pd import DCMotor, DelayedPDActuator, IdealPDActuator, ImplicitAc
 
 
 @configclass
-class ActuatorBaseCfg:
+class ActuatorBaseCfg(ConfigBase):
     """Settings of a group of joints. Units: N m, N m/rad, ... for hinges; N, N/m, ... for slides."""
 
     class_type: type = MISSING

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import FINITE, Ranges
 
 from .asset_base import AssetBase
@@ -16,7 +16,7 @@ __all__ = [
 
 
 @configclass
-class AssetBaseCfg:
+class AssetBaseCfg(ConfigBase):
     """A thing of the scene. With this class itself: a static one (table, ground, light)."""
 
     @configclass

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.ranges import FINITE, Ranges
 
@@ -20,7 +20,7 @@ DEFAULT_IK_PARAMS: dict[str, dict[str, float]] = {
 
 
 @configclass
-class DifferentialIKControllerCfg:
+class DifferentialIKControllerCfg(ConfigBase):
     """Config of :class:`DifferentialIKController`."""
 
     class_type: type = DifferentialIKController

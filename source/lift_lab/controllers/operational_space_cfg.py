@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE_SPAN, Ranges
 
 from .operational_space import OperationalSpaceController
 
 
 @configclass
-class OperationalSpaceControllerCfg:
+class OperationalSpaceControllerCfg(ConfigBase):
     """Config of :class:`OperationalSpaceController`. Six-fold values are x, y, z, then rotations about x, y, z."""
 
     class_type: type = OperationalSpaceController

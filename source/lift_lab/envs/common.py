@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import torch
 
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, Ranges
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
 
 
 @configclass
-class ViewerCfg:
+class ViewerCfg(ConfigBase):
     """Where the camera of rendered frames stands."""
 
     eye: tuple[float, float, float] = (7.5, 7.5, 7.5)

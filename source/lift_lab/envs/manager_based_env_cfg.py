@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
 
 from . import mdp
@@ -19,14 +19,14 @@ __all__ = [
 
 
 @configclass
-class DefaultEventManagerCfg:
+class DefaultEventManagerCfg(ConfigBase):
     """The events of an environment that names none."""
 
     reset_scene_to_default = EventTermCfg(func=mdp.reset_scene_to_default, mode="reset")
 
 
 @configclass
-class ManagerBasedEnvCfg:
+class ManagerBasedEnvCfg(ConfigBase):
     """Config of :class:`ManagerBasedEnv`."""
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"viewer", "log_dir"})

@@ -5,7 +5,7 @@ from enum import Enum
 from typing import Any, ClassVar
 
 from lift_lab.sensors import CameraCfg
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.errors import NotFoundError, suggest
 from lift_lab.utils.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Ranges
 
@@ -30,7 +30,7 @@ class Se3RelRetargeter(RetargeterBase): ...
 
 
 @configclass
-class RetargeterCfg:
+class RetargeterCfg(ConfigBase):
     """Base of retargeter configs."""
 
     retargeter_type: type[RetargeterBase] | None = None
@@ -82,7 +82,7 @@ class Se3SpaceMouse(DeviceBase): ...
 
 
 @configclass
-class DeviceCfg:
+class DeviceCfg(ConfigBase):
     """Base of device configs."""
 
     class_type: type[DeviceBase] | None = None
@@ -96,7 +96,7 @@ class DeviceCfg:
 
 
 @configclass
-class DevicesCfg:
+class DevicesCfg(ConfigBase):
     """The teleoperation devices of an environment, by name."""
 
     devices: dict[str, DeviceCfg] = {}
@@ -202,7 +202,7 @@ class XrAnchorRotationMode(Enum):
 
 
 @configclass
-class XrCfg:
+class XrCfg(ConfigBase):
     """Where a headset's world is anchored in the scene."""
 
     anchor_pos: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -2,14 +2,14 @@
 
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, FINITE, NOT_NEGATIVE, POSITIVE, SPAN, Ranges
 
 from .finder import place
 
 
 @configclass
-class PatternBaseCfg:
+class PatternBaseCfg(ConfigBase):
     """Base of ray patterns."""
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal, NoReturn
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import (
     COUNT,
     COUNT_OR_ZERO,
@@ -31,7 +31,7 @@ def not_generated(difficulty: float, cfg: Any) -> NoReturn:
 
 
 @configclass
-class FlatPatchSamplingCfg:
+class FlatPatchSamplingCfg(ConfigBase):
     """Where flat places are looked for."""
 
     num_patches: int = MISSING
@@ -50,7 +50,7 @@ class FlatPatchSamplingCfg:
 
 
 @configclass
-class SubTerrainBaseCfg:
+class SubTerrainBaseCfg(ConfigBase):
     """Base of the patches of a generated terrain."""
 
     function: Callable[..., Any] = not_generated
@@ -62,7 +62,7 @@ class SubTerrainBaseCfg:
 
 
 @configclass
-class TerrainGeneratorCfg:
+class TerrainGeneratorCfg(ConfigBase):
     """A generated terrain."""
 
     seed: int | None = None

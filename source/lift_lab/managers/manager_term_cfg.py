@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.modifiers import ModifierCfg
 from lift_lab.utils.noise import NoiseCfg, NoiseModelCfg
 from lift_lab.utils.ranges import (
@@ -27,7 +27,7 @@ _CLIP = Range(ascending=True, infinite=True, open_ended=True)
 
 
 @configclass
-class ManagerTermBaseCfg:
+class ManagerTermBaseCfg(ConfigBase):
     """A function or class with the arguments it is called with."""
 
     func: Callable | str = MISSING
@@ -42,7 +42,7 @@ class ManagerTermBaseCfg:
 
 
 @configclass
-class RecorderTermCfg:
+class RecorderTermCfg(ConfigBase):
     """One thing to record."""
 
     class_type: type = MISSING
@@ -50,7 +50,7 @@ class RecorderTermCfg:
 
 
 @configclass
-class ActionTermCfg:
+class ActionTermCfg(ConfigBase):
     """One slice of the action vector."""
 
     class_type: type = MISSING
@@ -69,7 +69,7 @@ class ActionTermCfg:
 
 
 @configclass
-class CommandTermCfg:
+class CommandTermCfg(ConfigBase):
     """One command, resampled on a timer."""
 
     class_type: type = MISSING
@@ -121,7 +121,7 @@ class ObservationTermCfg(ManagerTermBaseCfg):
 
 
 @configclass
-class ObservationGroupCfg:
+class ObservationGroupCfg(ConfigBase):
     """Observation terms that are returned together; terms are added as fields of a sub-class."""
 
     concatenate_terms: bool = True

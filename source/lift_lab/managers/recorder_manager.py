@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.datasets import EpisodeData, HDF5DatasetFileHandler
 from lift_lab.utils.errors import ConfigTypeError
 
@@ -44,7 +44,7 @@ class DatasetExportMode(enum.IntEnum):
 
 
 @configclass
-class RecorderManagerBaseCfg:
+class RecorderManagerBaseCfg(ConfigBase):
     """Where recordings go; terms are added as fields of a sub-class."""
 
     dataset_file_handler_class_type: type = HDF5DatasetFileHandler

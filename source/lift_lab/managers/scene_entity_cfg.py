@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.ranges import WHOLE, Ranges
 
@@ -31,7 +31,7 @@ _SELECTORS = (
 
 
 @configclass
-class SceneEntityCfg:
+class SceneEntityCfg(ConfigBase):
     """A scene entity that a term reads, and which parts of it.
 
     Each part is selected by names (regular expressions that must match a name in full) or by ids, not both.

@@ -10,7 +10,7 @@ import torch
 from lift_lab.drawing.shapes import Primitive
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError
 
 from .drawn import primitives
@@ -19,7 +19,7 @@ __all__ = ["VisualizationMarkers", "VisualizationMarkersCfg"]
 
 
 @configclass
-class VisualizationMarkersCfg:
+class VisualizationMarkersCfg(ConfigBase):
     """Shapes drawn over a scene, each a spawner by name."""
 
     prim_path: str = MISSING

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, NOT_NEGATIVE, Ranges
 
 
 @configclass
-class InteractiveSceneCfg:
+class InteractiveSceneCfg(ConfigBase):
     """A scene. Subclasses add assets, sensors, lights and terrain as fields; the field's name is the entity's."""
 
     num_envs: int = MISSING

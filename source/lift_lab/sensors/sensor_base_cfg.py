@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, NOT_NEGATIVE, Ranges
 
 from .sensor_base import SensorBase
@@ -15,7 +15,7 @@ __all__ = [
 
 
 @configclass
-class SensorBaseCfg:
+class SensorBaseCfg(ConfigBase):
     """A sensor of the scene."""
 
     class_type: type[SensorBase] = MISSING

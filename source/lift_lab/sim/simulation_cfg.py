@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.ranges import (
     COUNT,
     COUNT_OR_ZERO,
@@ -24,7 +24,7 @@ __all__ = ["MujocoCfg", "PhysxCfg", "RenderCfg", "SimulationCfg"]
 
 
 @configclass
-class PhysxCfg:
+class PhysxCfg(ConfigBase):
     """PhysX solver settings. Kept so that Isaac Lab task files run; every value set is reported as ignored."""
 
     solver_type: Literal[0, 1] = 1
@@ -67,7 +67,7 @@ class PhysxCfg:
 
 
 @configclass
-class RenderCfg:
+class RenderCfg(ConfigBase):
     """Omniverse renderer settings. Kept so that Isaac Lab task files run; every value set is reported as ignored."""
 
     enable_translucency: bool | None = None
@@ -89,7 +89,7 @@ class RenderCfg:
 
 
 @configclass
-class MujocoCfg:
+class MujocoCfg(ConfigBase):
     """MuJoCo's own options (``mjOption``). A None keeps MuJoCo's default."""
 
     integrator: Literal["Euler", "RK4", "implicit", "implicitfast", "discrete"] = "implicitfast"
@@ -126,7 +126,7 @@ class MujocoCfg:
 
 
 @configclass
-class SimulationCfg:
+class SimulationCfg(ConfigBase):
     """Configuration of the simulation, with Isaac Lab's names; :attr:`mujoco` and :attr:`physics` are ours."""
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"num_threads"})

@@ -8,7 +8,7 @@ import mujoco
 
 from lift_lab.sim.spawners import GroundPlaneCfg, RigidBodyMaterialCfg, VisualMaterialCfg
 from lift_lab.sim.spawners.file_options import adopt_scene_options
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, WHOLE, Ranges
 
@@ -18,7 +18,7 @@ __all__ = ["TerrainImporterCfg"]
 
 
 @configclass
-class TerrainImporterCfg:
+class TerrainImporterCfg(ConfigBase):
     """A terrain that all environments stand on."""
 
     class_type: type = TerrainImporter

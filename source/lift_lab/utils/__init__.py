@@ -2,7 +2,7 @@
 
 from .array import TENSOR_TYPE_CONVERSIONS, TENSOR_TYPES, TensorData, convert_to_torch
 from .buffers import CircularBuffer, DelayBuffer, TimestampedBuffer
-from .configclass import MISSING, configclass
+from .configclass import MISSING, ConfigBase, configclass
 from .dict import (
     class_to_dict,
     convert_dict_to_backend,
@@ -47,6 +47,7 @@ __all__ = [
     "TENSOR_TYPE_CONVERSIONS",
     "ArticulationActions",
     "CircularBuffer",
+    "ConfigBase",
     "DelayBuffer",
     "DigitalFilter",
     "DigitalFilterCfg",

@@ -149,6 +149,25 @@ def validate(self, prefix: str = "") -> list[str]:
     return missing
 
 
+class ConfigBase:
+    """Base of this library's configurations, from which editors and type checkers know the methods of all of them.
+
+    :func:`configclass` gives the methods to every class, with or without this base.
+    """
+
+    to_dict = to_dict
+    from_dict = from_dict
+    copy = copy
+    replace = replace
+    validate = validate
+
+    def __post_init__(self) -> None:
+        """Continue with the next class's."""
+        following = getattr(super(), "__post_init__", None)
+        if following is not None:
+            following()
+
+
 _METHODS = {"to_dict": to_dict, "from_dict": from_dict, "copy": copy, "replace": replace, "validate": validate}
 
 

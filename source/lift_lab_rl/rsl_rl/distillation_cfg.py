@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, POSITIVE, POSITIVE_OR_INF, SIZES, Ranges
 
 from .rl_cfg import RslRlBaseRunnerCfg
 
 
 @configclass
-class RslRlDistillationStudentTeacherCfg:
+class RslRlDistillationStudentTeacherCfg(ConfigBase):
     """Networks of student and teacher."""
 
     class_name: str = "StudentTeacher"
@@ -40,7 +40,7 @@ class RslRlDistillationStudentTeacherRecurrentCfg(RslRlDistillationStudentTeache
 
 
 @configclass
-class RslRlDistillationAlgorithmCfg:
+class RslRlDistillationAlgorithmCfg(ConfigBase):
     """The student learns to act as the teacher."""
 
     class_name: str = "Distillation"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar, Literal
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import (
     COUNT,
     COUNT_OR_ZERO,
@@ -29,7 +29,7 @@ from .symmetry_cfg import RslRlSymmetryCfg
 
 
 @configclass
-class RslRlPpoActorCriticCfg:
+class RslRlPpoActorCriticCfg(ConfigBase):
     """Networks of actor and critic: multi-layer perceptrons with a Gaussian policy."""
 
     class_name: str = "ActorCritic"
@@ -93,7 +93,7 @@ class RslRlPpoActorCriticRecurrentCfg(RslRlPpoActorCriticCfg):
 
 
 @configclass
-class RslRlPpoAlgorithmCfg:
+class RslRlPpoAlgorithmCfg(ConfigBase):
     """Proximal policy optimization. docs/ppo.md says which settings are rsl_rl's and which are ours."""
 
     class_name: str = "LiftLabPPO"
@@ -204,7 +204,7 @@ class RslRlPpoAlgorithmCfg:
 
 
 @configclass
-class RslRlBaseRunnerCfg:
+class RslRlBaseRunnerCfg(ConfigBase):
     """What every runner has."""
 
     seed: int = 42

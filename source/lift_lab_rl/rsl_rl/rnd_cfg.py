@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 
 @configclass
-class RslRlRndCfg:
+class RslRlRndCfg(ConfigBase):
     """Intrinsic reward for states that a network predicts badly (Burda et al. 2018, arXiv:1810.12894)."""
 
     @configclass

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import NOT_NEGATIVE, Ranges
 
 
 @configclass
-class RslRlSymmetryCfg:
+class RslRlSymmetryCfg(ConfigBase):
     """Mirrored samples and a mirror loss (Mittal et al. 2024)."""
 
     use_data_augmentation: bool = False

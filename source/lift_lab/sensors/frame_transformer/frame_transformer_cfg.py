@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from lift_lab.markers import FRAME_MARKER_CFG, VisualizationMarkersCfg
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import FINITE, Ranges
 
 from ..sensor_base_cfg import SensorBaseCfg
@@ -13,7 +13,7 @@ from .frame_transformer import FrameTransformer
 
 
 @configclass
-class OffsetCfg:
+class OffsetCfg(ConfigBase):
     """A frame relative to its body's."""
 
     pos: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, NOT_NEGATIVE, NOT_NEGATIVE_OR_INF, Ranges
 
 
 @configclass
-class ArticulationRootPropertiesCfg:
+class ArticulationRootPropertiesCfg(ConfigBase):
     """Properties of an articulation's root."""
 
     articulation_enabled: bool | None = None
@@ -32,7 +32,7 @@ class ArticulationRootPropertiesCfg:
 
 
 @configclass
-class RigidBodyPropertiesCfg:
+class RigidBodyPropertiesCfg(ConfigBase):
     """Properties of every rigid body of the asset."""
 
     rigid_body_enabled: bool | None = None
@@ -61,7 +61,7 @@ class RigidBodyPropertiesCfg:
 
 
 @configclass
-class CollisionPropertiesCfg:
+class CollisionPropertiesCfg(ConfigBase):
     """Properties of every collider of the asset."""
 
     collision_enabled: bool | None = None
@@ -79,7 +79,7 @@ class CollisionPropertiesCfg:
 
 
 @configclass
-class MassPropertiesCfg:
+class MassPropertiesCfg(ConfigBase):
     """Mass or density of every rigid body of the asset."""
 
     mass: float | None = None
@@ -91,7 +91,7 @@ class MassPropertiesCfg:
 
 
 @configclass
-class JointDrivePropertiesCfg:
+class JointDrivePropertiesCfg(ConfigBase):
     """Properties of every joint drive of the asset."""
 
     drive_type: Literal["force", "acceleration"] | None = None
@@ -107,7 +107,7 @@ class JointDrivePropertiesCfg:
 
 
 @configclass
-class FixedTendonPropertiesCfg:
+class FixedTendonPropertiesCfg(ConfigBase):
     """Properties of PhysX fixed tendons: accepted, and ignored."""
 
     tendon_enabled: bool | None = None
@@ -121,7 +121,7 @@ class FixedTendonPropertiesCfg:
 
 
 @configclass
-class SpatialTendonPropertiesCfg:
+class SpatialTendonPropertiesCfg(ConfigBase):
     """Properties of PhysX spatial tendons: accepted, and ignored."""
 
     tendon_enabled: bool | None = None
@@ -134,7 +134,7 @@ class SpatialTendonPropertiesCfg:
 
 
 @configclass
-class DeformableBodyPropertiesCfg:
+class DeformableBodyPropertiesCfg(ConfigBase):
     """Makes a body deformable. What it says of PhysX's mesh and solver has no effect: see
     :mod:`lift_lab.usd.deformable`."""
 

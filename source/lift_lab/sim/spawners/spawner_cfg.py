@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 
 from .. import schemas
 
@@ -29,7 +29,7 @@ class Spawned:
 
 
 @configclass
-class SpawnerCfg:
+class SpawnerCfg(ConfigBase):
     """Base of all spawners (Isaac Lab's ``SpawnerCfg``)."""
 
     func: Callable[..., Spawned] = MISSING

@@ -9,12 +9,12 @@ import torch
 
 from lift_lab.utils.ranges import FINITE, POSITIVE, Ranges
 
-from ..configclass import MISSING, configclass
+from ..configclass import MISSING, ConfigBase, configclass
 from . import modifier
 
 
 @configclass
-class ModifierCfg:
+class ModifierCfg(ConfigBase):
     """A modifier: a function of the data, or a :class:`ModifierBase` class."""
 
     func: Callable[..., torch.Tensor] = MISSING

@@ -9,12 +9,12 @@ import torch
 
 from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
-from ..configclass import MISSING, configclass
+from ..configclass import MISSING, ConfigBase, configclass
 from . import noise_model
 
 
 @configclass
-class NoiseCfg:
+class NoiseCfg(ConfigBase):
     """Base of the noise configurations."""
 
     func: Callable[..., torch.Tensor] = MISSING
@@ -61,7 +61,7 @@ class GaussianNoiseCfg(NoiseCfg):
 
 
 @configclass
-class NoiseModelCfg:
+class NoiseModelCfg(ConfigBase):
     """Noise that keeps state between calls."""
 
     class_type: type = noise_model.NoiseModel

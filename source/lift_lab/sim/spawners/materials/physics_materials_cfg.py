@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from lift_lab.utils import configclass
+from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.ranges import NOT_NEGATIVE, POSITIVE, Range, Ranges
 
 
 @configclass
-class PhysicsMaterialCfg:
+class PhysicsMaterialCfg(ConfigBase):
     """Base of physics materials."""
 
 

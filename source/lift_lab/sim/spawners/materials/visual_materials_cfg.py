@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lift_lab.utils import MISSING, configclass
+from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import FRACTION, NOT_NEGATIVE, POSITIVE, Ranges
 
 
 @configclass
-class VisualMaterialCfg:
+class VisualMaterialCfg(ConfigBase):
     """Base of visual materials."""
 
 
