@@ -23,9 +23,13 @@ import resource  # noqa: E402
 import sys  # noqa: E402
 import warnings  # noqa: E402
 from pathlib import Path  # noqa: E402
+from typing import TYPE_CHECKING, cast  # noqa: E402
 
 from lift_lab.app import AppLauncher, cli  # noqa: E402
 from lift_lab_cli.arguments import COMMON_SETTINGS, positive  # noqa: E402
+
+if TYPE_CHECKING:
+    from lift_lab.envs import ManagerBasedRLEnv
 
 WARM_UP = 5
 """Steps before the clock starts."""
@@ -155,7 +159,7 @@ def measure_task(args, overrides: list[str]) -> dict:
         timed(parts, "startup_events_s", ManagerBasedEnv, "_apply_startup_events"),
     ):
         env = gym.make(args.task, cfg=env_cfg)
-    inner = env.unwrapped
+    inner = cast("ManagerBasedRLEnv", env.unwrapped)
     made_s = time.perf_counter() - before
     before = time.perf_counter()
     env.reset()
@@ -232,7 +236,7 @@ def measure(env, physics, alone, steps: int, seed: int) -> tuple[float, float, i
     """
     import torch
 
-    inner = env.unwrapped
+    inner = cast("ManagerBasedRLEnv", env.unwrapped)
     generator = torch.Generator(device=inner.device).manual_seed(seed)
     shape = (inner.num_envs, inner.action_manager.total_action_dim)
 
@@ -279,7 +283,7 @@ def host_waits(env, seed: int, steps: int = 20) -> dict[str, int]:
     """Where the host waited for the GPU in some steps: file and line -> how often (CUDA only)."""
     import torch
 
-    inner = env.unwrapped
+    inner = cast("ManagerBasedRLEnv", env.unwrapped)
     generator = torch.Generator(device=inner.device).manual_seed(seed)
     shape = (inner.num_envs, inner.action_manager.total_action_dim)
     actions = [torch.randn(shape, generator=generator, device=inner.device) for _ in range(steps)]
@@ -306,7 +310,7 @@ def watch_memory(env, env_steps: int, seed: int) -> dict:
     """
     import torch
 
-    inner = env.unwrapped
+    inner = cast("ManagerBasedRLEnv", env.unwrapped)
     generator = torch.Generator(device=inner.device).manual_seed(seed)
     shape = (inner.num_envs, inner.action_manager.total_action_dim)
     count = max(20, -(-env_steps // inner.num_envs))

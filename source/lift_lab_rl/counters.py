@@ -52,8 +52,9 @@ def load_counters(env: Any, saved: dict[str, Any]) -> None:
 def _named_in_curriculum(env: Any) -> set[str]:
     """Every word in the parameters of the curriculum's terms: ``alive`` of ``rewards.alive.weight``, too."""
     manager = getattr(env, "curriculum_manager", None)
-    names = [] if manager is None else manager.active_terms
-    return {word for name in names for word in _words(manager.get_term_cfg(name).params)}
+    if manager is None:
+        return set()
+    return {word for name in manager.active_terms for word in _words(manager.get_term_cfg(name).params)}
 
 
 def _words(value: Any) -> list[str]:

@@ -179,7 +179,8 @@ def average_(tensors: Iterable[torch.Tensor]) -> None:
         dist.all_reduce(packed)
     packed /= dist.get_world_size()
     sizes = [part.numel() for part in parts]
-    torch._foreach_copy_(parts, [new.view_as(old) for new, old in zip(packed.split(sizes), parts, strict=True)])
+    values = [new.view_as(old) for new, old in zip(packed.split(sizes), parts, strict=True)]
+    torch._foreach_copy_(parts, values)  # pyright: ignore[reportPrivateImportUsage]
 
 
 def standardise(values: torch.Tensor) -> torch.Tensor:

@@ -337,7 +337,7 @@ class Restore:
             self._kept.append(saved)
         return known
 
-    def _target(self, live: Any, saved: torch.Tensor, device: str | None) -> torch.Tensor:
+    def _target(self, live: Any, saved: torch.Tensor, device: torch.device | str | None) -> torch.Tensor:
         """The tensor that takes a saved one's values: the live one where it lies in memory as the saved one does."""
         source = saved.untyped_storage()
         address = source.data_ptr()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -50,6 +50,9 @@ class ActuatorBase(ABC):
     joint_property_resolution_table: dict[str, list[list]]
     """Rows of (joint, index, file's value, config's value or ``"Not Specified"``, value used) by property, of those
     where the config says nothing or differs from the file."""
+
+    cfg: Any
+    """The group's config; a sub-class may narrow its type."""
 
     _DEFAULT_MAX_EFFORT_SIM: ClassVar[float] = 1.0e9
     """Effort limit in the engine of an explicit model whose config gives none, in N m or N."""

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 class _ActuatorNet(DCMotor):
     """Only position targets enter the network; its effort is clipped as a DC motor's."""
 
-    cfg: ActuatorNetLSTMCfg | ActuatorNetMLPCfg
-
     def __init__(self, cfg: ActuatorNetLSTMCfg | ActuatorNetMLPCfg, *args: Any, **kwargs: Any):
         """Load the network (see :class:`ActuatorBase`).
 

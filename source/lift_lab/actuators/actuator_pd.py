@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .actuator_cfg import (
         DCMotorCfg,
         DelayedPDActuatorCfg,
-        IdealPDActuatorCfg,
         ImplicitActuatorCfg,
         RemotizedPDActuatorCfg,
     )
@@ -91,8 +90,6 @@ def _merge_limits(cfg: ImplicitActuatorCfg, name: str) -> None:
 class IdealPDActuator(ActuatorBase):
     """tau = kp (q* - q) + kd (qd* - qd) + tau_ff, clipped: computed in torch before each physics step."""
 
-    cfg: IdealPDActuatorCfg
-
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:
@@ -109,8 +106,6 @@ class DCMotor(IdealPDActuator):
     ``saturation_effort * (1 - qd / velocity_limit)``, and within the effort limit. A joint that something else drives
     faster than the no-load speed is braked, by the effort limit at most.
     """
-
-    cfg: DCMotorCfg
 
     def __init__(self, cfg: DCMotorCfg, *args: Any, **kwargs: Any):
         """See :class:`ActuatorBase`.
@@ -150,8 +145,6 @@ class DelayedPDActuator(IdealPDActuator):
     Each reset draws the lag of its environments from the config's ``min_delay`` to ``max_delay``; until the first
     reset there is none. Until the first target of an episode arrives, the drive is given those that the reset left.
     """
-
-    cfg: DelayedPDActuatorCfg
 
     def __init__(self, cfg: DelayedPDActuatorCfg, *args: Any, **kwargs: Any):
         """See :class:`ActuatorBase`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import torch
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class BodyAsset(AssetBase):
     """An asset with bodies whose state is simulated."""
 
-    _data: BodyData
+    _data: Any
 
     @property
     def data(self) -> BodyData:

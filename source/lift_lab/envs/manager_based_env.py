@@ -56,7 +56,7 @@ class ManagerBasedEnv:
         | {"step_cache", "prefetched"}
     )
 
-    cfg: ManagerBasedEnvCfg
+    cfg: Any
     """The config."""
     sim: SimulationContext
     """The simulation."""

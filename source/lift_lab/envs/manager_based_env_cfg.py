@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
-from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
@@ -41,15 +40,15 @@ class ManagerBasedEnvCfg(ConfigBase):
     """Seed of all random numbers; None leaves them unseeded, and runs differ."""
     decimation: int = MISSING
     """Physics steps in an environment step."""
-    scene: InteractiveSceneCfg = MISSING
+    scene: Any = MISSING
     """The scene."""
-    recorders: object = RecorderManagerBaseCfg()
+    recorders: Any = RecorderManagerBaseCfg()
     """Recorder terms; by default nothing is recorded."""
-    observations: object = MISSING
+    observations: Any = MISSING
     """Observation groups."""
-    actions: object = MISSING
+    actions: Any = MISSING
     """Action terms."""
-    events: object = DefaultEventManagerCfg()
+    events: Any = DefaultEventManagerCfg()
     """Event terms; by default a reset puts everything into its default state."""
     rerender_on_reset: bool = False
     """Isaac Lab's switch for rendered sensors. Ignored: there are none."""

@@ -148,9 +148,14 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, self.num_envs)
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, self.num_envs)
 
+    @property
+    def unwrapped(self) -> ManagerBasedRLEnv:
+        """This environment."""
+        return self
+
     # -- running
 
-    def reset(
+    def reset(  # pyright: ignore[reportIncompatibleMethodOverride]  # by position, too, as in Isaac Lab
         self,
         seed: int | None = None,
         env_ids: Sequence[int] | torch.Tensor | None = None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import POSITIVE, Ranges
@@ -23,13 +23,13 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     bootstrap the value of the state that they cut short. Read by the learner's wrapper."""
     episode_length_s: float = MISSING
     """Length of an episode in s; it takes ceil(length / (decimation * sim.dt)) steps."""
-    rewards: object = MISSING
+    rewards: Any = MISSING
     """Reward terms."""
-    terminations: object = MISSING
+    terminations: Any = MISSING
     """Termination terms."""
-    curriculum: object | None = None
+    curriculum: Any = None
     """Curriculum terms."""
-    commands: object | None = None
+    commands: Any = None
     """Command terms."""
     metrics: object | None = None
     """Metrics terms."""

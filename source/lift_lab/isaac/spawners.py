@@ -62,7 +62,7 @@ class PinholeCameraCfg(SpawnerCfg):
     """A pinhole camera (lengths in tenths of a scene unit, as USD has them)."""
 
     func: Callable = spawn_camera
-    projection_type: str = "pinhole"
+    projection_type: Any = "pinhole"
     clipping_range: tuple[float, float] = (0.01, 1e6)
     focal_length: float = 24.0
     focus_distance: float = 400.0
@@ -112,7 +112,7 @@ class MultiUsdFileCfg(UsdFileCfg):
     """One of some USD files for each environment."""
 
     func: Callable = spawn_multi_usd_file
-    usd_path: str | list[str] = MISSING
+    usd_path: Any = MISSING
     random_choice: bool = True
 
 

@@ -327,8 +327,8 @@ class MeshRepeatedObjectsTerrainCfg(SubTerrainBaseCfg):
         _ranges: ClassVar[Ranges] = {"num_objects": COUNT, "height": POSITIVE}
 
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = MISSING
-    object_params_start: ObjectCfg = MISSING
-    object_params_end: ObjectCfg = MISSING
+    object_params_start: Any = MISSING
+    object_params_end: Any = MISSING
     max_height_noise: float | None = None
     abs_height_noise: tuple[float, float] = (0.0, 0.0)
     rel_height_noise: tuple[float, float] = (1.0, 1.0)

@@ -25,7 +25,7 @@ class ActionTerm(DebugVisTerm, ABC):
     Source: Isaac Lab's ``ActionTerm``.
     """
 
-    cfg: ActionTermCfg
+    cfg: Any
     """The term's config."""
 
     constant_over_substeps: ClassVar[bool] = False

@@ -22,7 +22,7 @@ class CommandTerm(DebugVisTerm, ABC):
     Source: Isaac Lab's ``CommandTerm``.
     """
 
-    cfg: CommandTermCfg
+    cfg: Any
     """The term's config."""
 
     metrics: dict[str, torch.Tensor]

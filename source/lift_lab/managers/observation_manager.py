@@ -156,7 +156,8 @@ class ObservationManager(ManagerBase):
         if cfg.clip is not None:
             value = value.clamp(cfg.clip[0], cfg.clip[1])
         if cfg.scale is not None:
-            value = value * cfg.scale
+            scale: Any = cfg.scale  # a tensor once the manager is built
+            value = value * scale
         return value
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:

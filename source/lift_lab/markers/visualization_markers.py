@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import torch
 
 from lift_lab.drawing.shapes import Primitive
 from lift_lab.sim import SimulationContext
-from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError
 
@@ -24,7 +24,7 @@ class VisualizationMarkersCfg(ConfigBase):
 
     prim_path: str = MISSING
     """Isaac Lab's prim path of the markers. A label here."""
-    markers: dict[str, SpawnerCfg] = MISSING
+    markers: dict[str, Any] = MISSING
     """Marker name -> its shape."""
 
 

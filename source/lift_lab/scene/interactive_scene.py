@@ -103,9 +103,10 @@ class InteractiveScene:
         cfg.spawn_into(self.spec, name)
         cfg = cfg.copy()
         cfg.num_envs, cfg.env_spacing = self.num_envs, self.cfg.env_spacing
-        self._terrain, self._terrain_field = cfg.class_type(cfg), name
-        self._terrain.name = name
-        self._origins = self._terrain.env_origins
+        terrain = cfg.class_type(cfg)
+        terrain.name = name
+        self._terrain, self._terrain_field = terrain, name
+        self._origins = terrain.env_origins
 
     @staticmethod
     def _other_names(entities: dict[str, Any]) -> dict[str, str]:
@@ -200,7 +201,7 @@ class InteractiveScene:
         return {}
 
     @property
-    def sensors(self) -> dict[str, SensorBase]:
+    def sensors(self) -> dict[str, Any]:
         """Sensors by name."""
         return self._sensors
 

@@ -281,13 +281,14 @@ def first_problem(cfg: Any, path: str = "") -> str | None:
     """
     if dataclasses.is_dataclass(cfg) and not isinstance(cfg, type):
         ranges, cls = ranges_of(type(cfg)), type(cfg)
-        params = param_ranges(cfg.func) if callable(getattr(cfg, "func", None)) else {}
+        func: Any = getattr(cfg, "func", None)
+        params = param_ranges(func) if callable(func) else {}
         for name, value in vars(cfg).items():
             inner = f"{path}.{name}" if path else name
             if name == "params" and isinstance(value, dict):
                 for key in params.keys() & value.keys():
                     problem = params[key].problem(f"{inner}.{key}", value[key])
-                    if value[key] is None and key not in nullable_params(cfg.func):
+                    if value[key] is None and key not in nullable_params(func):
                         problem = f"{inner}.{key} is null; it must be {params[key]}"
                     if problem is not None:
                         return problem

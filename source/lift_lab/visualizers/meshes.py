@@ -100,7 +100,7 @@ def arrow(rgba: tuple[float, float, float, float]) -> Mesh:
     shaft.apply_translation((0.0, 0.0, 0.35))
     head = trimesh.creation.cone(radius=0.5, height=0.3, sections=16)
     head.apply_translation((0.0, 0.0, 0.7))
-    both = trimesh.util.concatenate([shaft, head])
+    both: Any = trimesh.util.concatenate([shaft, head])
     x_from_z = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     return _coloured(np.asarray(both.vertices) @ x_from_z.T, np.asarray(both.faces), rgba)
 

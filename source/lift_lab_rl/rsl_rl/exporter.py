@@ -158,7 +158,8 @@ def check_export(
     steps = list(obs.split(1)) if policy.is_recurrent else [obs]
     own, memory, training = policy.obs_normalizer, policy.get_hidden_state(), policy.training
     device = next(policy.parameters()).device
-    policy.obs_normalizer = (own if normalizer is None else copy.deepcopy(normalizer)).to(device)
+    own_or_given: Any = own if normalizer is None else copy.deepcopy(normalizer)
+    policy.obs_normalizer = own_or_given.to(device)
     policy.eval()
     policy.reset()
     try:

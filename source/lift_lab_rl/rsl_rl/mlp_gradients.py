@@ -109,14 +109,15 @@ class AutogradMlp:
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """As :meth:`EluMlp.forward`."""
         with torch.enable_grad():
-            self._output = self._network(x)
-        return self._output.detach()
+            output = self._network(x)
+        self._output = output
+        return output.detach()
 
     def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
         """As :meth:`EluMlp.backward`."""
         assert self._output is not None
         grads = torch.autograd.grad(self._output, list(self._network.parameters()), grad)
-        torch._foreach_add_(list(sums), grads)
+        torch._foreach_add_(list(sums), grads)  # pyright: ignore[reportPrivateImportUsage]
         self._output = None
 
 

@@ -249,6 +249,7 @@ class LiftLabPPO(PPO):
                 totals += self._step({key: value[first : first + rows] for key, value in samples.items()})
         self._update_normalization()
         with torch.no_grad():  # rsl_rl's runner logs the deviation of the last distribution
+            assert self.actor.distribution is not None
             self.actor.distribution.update(self.storage.distribution_params[0][0])
         self.storage.clear()
         means = (totals / (self.num_learning_epochs * self.num_mini_batches)).tolist()
@@ -344,7 +345,8 @@ class LiftLabPPO(PPO):
     def _clip(self, grads: list[torch.Tensor]) -> None:
         """Shorten a network's gradient to ``max_grad_norm``."""
         norm = torch.linalg.vector_norm(torch.stack([torch.linalg.vector_norm(grad) for grad in grads]))
-        torch._foreach_mul_(grads, (self.max_grad_norm / (norm + 1e-6)).clamp_(max=1.0))
+        factor = (self.max_grad_norm / (norm + 1e-6)).clamp_(max=1.0)
+        torch._foreach_mul_(grads, factor)  # pyright: ignore[reportPrivateImportUsage]
 
     def _set_learning_rate(self, rate: float) -> None:
         self.learning_rate = rate

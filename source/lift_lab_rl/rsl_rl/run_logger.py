@@ -86,8 +86,9 @@ class RunLogger:
 
     def close(self) -> None:
         """Write and send what is left."""
-        if isinstance(self.writer, LogWriter):
-            self.writer.stop()
+        writer = self.writer
+        if isinstance(writer, LogWriter):
+            writer.stop()
         if self.writer is not None:
             self.writer.close()
 
@@ -177,9 +178,10 @@ class RunLogger:
         if self.writer is not None:
             for tag, value in self._scalars(report, losses, rnd_weight).items():
                 self.writer.add_scalar(tag, value, report.iteration)
-            if isinstance(self.writer, LogWriter):
+            writer = self.writer
+            if isinstance(writer, LogWriter):
                 for video in sorted(Path(str(self._log_dir)).glob("videos/*/[!.]*.mp4")):
-                    self.writer.save_video(video, report.iteration)
+                    writer.save_video(video, report.iteration)
             # A kill loses the running iteration at most.
             self.writer.flush()
 

@@ -83,12 +83,12 @@ class RslRlVecEnvWrapper(VecEnv):
         return self.env.action_space
 
     @property
-    def episode_length_buf(self) -> torch.Tensor:  # type: ignore[override]
+    def episode_length_buf(self) -> torch.Tensor:
         """Steps since the last reset, shape (num_envs,). May be set, to start episodes at different ages."""
         return self.unwrapped.episode_length_buf
 
     @episode_length_buf.setter
-    def episode_length_buf(self, value: torch.Tensor) -> None:
+    def episode_length_buf(self, value: torch.Tensor) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
         self.unwrapped.episode_length_buf = value
 
     def seed(self, seed: int = -1) -> int:

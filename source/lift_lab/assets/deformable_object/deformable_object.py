@@ -95,7 +95,7 @@ class DeformableObject(AssetBase):
         mujoco.mju_mulQuat(total, quat, np.asarray(body.quat, dtype=np.float64))
         position += np.asarray(state.pos, dtype=np.float64)
         flex = add_flex(spec, body, f"{name}/{self.prim_name}", position, total)
-        if not self.cfg.spawn.visible:
+        if self.cfg.spawn is not None and not self.cfg.spawn.visible:
             flex.group = 4
 
     def initialize(self, physics: Physics, env_origins_w: torch.Tensor) -> None:

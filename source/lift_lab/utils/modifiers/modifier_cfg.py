@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-import torch
-
 from lift_lab.utils.ranges import FINITE, POSITIVE, Ranges
 
 from ..configclass import MISSING, ConfigBase, configclass
@@ -17,7 +15,7 @@ from . import modifier
 class ModifierCfg(ConfigBase):
     """A modifier: a function of the data, or a :class:`ModifierBase` class."""
 
-    func: Callable[..., torch.Tensor] = MISSING
+    func: Callable[..., Any] = MISSING
     """Function ``(data, **params) -> data``, or class built as ``func(cfg, data_dim, device)``."""
     params: dict[str, Any] = {}
     """Keyword arguments of a function."""
@@ -27,7 +25,7 @@ class ModifierCfg(ConfigBase):
 class DigitalFilterCfg(ModifierCfg):
     """A linear digital filter (see :class:`DigitalFilter`)."""
 
-    func: type[modifier.DigitalFilter] = modifier.DigitalFilter
+    func: Callable[..., Any] = modifier.DigitalFilter
     A: list[float] = MISSING
     """Weights of past outputs, latest first: the denominator of the transfer function without its leading 1."""
     B: list[float] = MISSING
@@ -40,7 +38,7 @@ class DigitalFilterCfg(ModifierCfg):
 class IntegratorCfg(ModifierCfg):
     """An integral over time (see :class:`Integrator`)."""
 
-    func: type[modifier.Integrator] = modifier.Integrator
+    func: Callable[..., Any] = modifier.Integrator
     dt: float = MISSING
     """Time between two calls in s."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import torch
@@ -17,6 +16,7 @@ from .joint_actions import clip_limits, clipped
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedEnv
+    from lift_lab.utils.indexing import EnvIds
 
     from . import actions_cfg
 
@@ -37,7 +37,6 @@ class BinaryJointAction(ActionTerm):
     With a ``min_close_time_s`` the gripper opens only when it has been closing for that long.
     """
 
-    cfg: actions_cfg.BinaryJointActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
     _asset: Articulation
 
     def __init__(
@@ -108,7 +107,7 @@ class BinaryJointAction(ActionTerm):
     def _is_closed(self, actions: torch.Tensor) -> torch.Tensor:
         return ~actions if actions.dtype == torch.bool else actions < 0
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments, and when they closed."""
         fill_rows(self._raw_actions, env_ids, 0.0)
         if self._min_close_steps is not None:
@@ -118,8 +117,6 @@ class BinaryJointAction(ActionTerm):
 
 class BinaryJointPositionAction(BinaryJointAction):
     """The chosen targets are joint positions."""
-
-    cfg: actions_cfg.BinaryJointPositionActionCfg | actions_cfg.AbsBinaryJointPositionActionCfg
 
     constant_over_substeps = True
 

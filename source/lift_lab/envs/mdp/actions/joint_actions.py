@@ -14,6 +14,7 @@ from lift_lab.utils.string import resolve_matching_names_values
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedEnv
+    from lift_lab.utils.indexing import EnvIds
 
     from . import actions_cfg
 
@@ -61,7 +62,6 @@ class JointAction(ActionTerm):
     The joints are those that match the config's patterns, in the articulation's order unless ``preserve_order``.
     """
 
-    cfg: actions_cfg.JointActionCfg
     _asset: Articulation
     _scale: torch.Tensor | float
     """Factor of the raw action: a number, or shape (num_envs, action_dim)."""
@@ -104,7 +104,7 @@ class JointAction(ActionTerm):
         self._raw_actions.copy_(actions)
         self._processed_actions = clipped(self._raw_actions * self._scale + self._offset, self._clip)
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments."""
         fill_rows(self._raw_actions, env_ids, 0.0)
 

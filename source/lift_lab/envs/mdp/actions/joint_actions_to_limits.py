@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import torch
@@ -16,6 +15,7 @@ from .joint_actions import clip_limits, clipped, values_of_names
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedEnv
+    from lift_lab.utils.indexing import EnvIds
 
     from . import actions_cfg
 
@@ -28,7 +28,6 @@ __all__ = [
 class JointPositionToLimitsAction(ActionTerm):
     """Scale and clip the action, cut it to [-1, 1] and map that onto the joints' soft position limits."""
 
-    cfg: actions_cfg.JointPositionToLimitsActionCfg
     _asset: Articulation
 
     constant_over_substeps = True
@@ -71,7 +70,7 @@ class JointPositionToLimitsAction(ActionTerm):
         """Set the position targets."""
         self._asset.set_joint_position_target(self._processed_actions, joint_ids=self._joint_ids)
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments."""
         self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
 
@@ -103,7 +102,7 @@ class EMAJointPositionToLimitsAction(JointPositionToLimitsAction):
         self._processed_actions = average.clamp(*self._limits())
         self._previous[:] = self._processed_actions
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Start the average of some environments at the current joint positions."""
         super().reset(env_ids)
         rows = slice(None) if env_ids is None else env_ids

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import torch
@@ -17,6 +16,7 @@ from .joint_actions import clip_limits, clipped
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedEnv
+    from lift_lab.utils.indexing import EnvIds
 
     from . import actions_cfg
 
@@ -86,6 +86,6 @@ class NonHolonomicAction(ActionTerm):
         target = torch.stack((forward * torch.cos(yaw), forward * torch.sin(yaw), turn), dim=1)
         self._asset.set_joint_velocity_target(target, joint_ids=self._joint_ids)
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments."""
         self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0

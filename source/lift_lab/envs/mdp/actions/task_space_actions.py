@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import torch
@@ -20,6 +19,7 @@ from .joint_actions import clip_limits, clipped
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
     from lift_lab.envs import ManagerBasedEnv
+    from lift_lab.utils.indexing import EnvIds
 
     from . import actions_cfg
 
@@ -85,7 +85,7 @@ class DifferentialInverseKinematicsAction(ActionTerm):
         target = self._ik_controller.compute(*effector.pose_b(), effector.jacobian_b(), effector.joint_pos)
         self._asset.set_joint_position_target(target, joint_ids=effector.joint_ids)
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments."""
         self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
 
@@ -238,6 +238,6 @@ class OperationalSpaceControllerAction(ActionTerm):
         )
         self._asset.set_joint_effort_target(efforts, joint_ids=effector.joint_ids)
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | None = None) -> None:
+    def reset(self, env_ids: EnvIds = None) -> None:
         """Forget the raw action of some environments."""
         self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0

@@ -155,7 +155,7 @@ class NormalVelocityCommandCfg(UniformVelocityCommandCfg):
     class_type: type = NormalVelocityCommand
 
     @configclass
-    class Ranges:
+    class Ranges:  # pyright: ignore[reportIncompatibleVariableOverride]  # Isaac Lab's name
         """Normal distributions of forward velocity, sideways velocity (m/s) and yaw rate (rad/s)."""
 
         mean_vel: tuple[float, float, float] = MISSING
@@ -167,7 +167,7 @@ class NormalVelocityCommandCfg(UniformVelocityCommandCfg):
 
         _ranges: ClassVar[NumberRanges] = {"mean_vel": FINITE, "std_vel": NOT_NEGATIVE, "zero_prob": FRACTION}
 
-    ranges: Ranges = MISSING
+    ranges: Ranges = MISSING  # pyright: ignore[reportIncompatibleVariableOverride]
     """Where commands are drawn from."""
 
 
@@ -212,7 +212,7 @@ class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
     class_type: type = TerrainBasedPose2dCommand
 
     @configclass
-    class Ranges:
+    class Ranges:  # pyright: ignore[reportIncompatibleVariableOverride]  # Isaac Lab's name
         """(low, high) of the heading."""
 
         heading: tuple[float, float] = MISSING
@@ -220,5 +220,5 @@ class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
 
         _ranges: ClassVar[NumberRanges] = {"heading": SPAN}
 
-    ranges: Ranges = MISSING
+    ranges: Ranges = MISSING  # pyright: ignore[reportIncompatibleVariableOverride]
     """Where headings are drawn from."""

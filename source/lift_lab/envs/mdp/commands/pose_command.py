@@ -31,8 +31,6 @@ class UniformPoseCommand(CommandTerm):
     Metrics: ``position_error`` (m) and ``orientation_error`` (rad) of the body to the commanded pose at the last step.
     """
 
-    cfg: UniformPoseCommandCfg
-
     pose_command_b: torch.Tensor
     """Commanded pose (m, wxyz) in the root frame, shape (num_envs, 7)."""
 

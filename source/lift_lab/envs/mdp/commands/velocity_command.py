@@ -41,8 +41,6 @@ class UniformVelocityCommand(CommandTerm):
     ``error_vel_yaw`` (rad/s), averaged over the time that a command can last.
     """
 
-    cfg: UniformVelocityCommandCfg
-
     def __init__(self, cfg: UniformVelocityCommandCfg, env: ManagerBasedRLEnv):
         """Find the asset.
 

@@ -222,7 +222,7 @@ class randomize_rigid_body_com(ManagerTermBase):
     """
 
     @classmethod
-    def prepare_model(cls, env: ManagerBasedEnv, asset_cfg: SceneEntityCfg, **params: Any) -> None:
+    def prepare_model(cls, env: ManagerBasedEnv, *, asset_cfg: SceneEntityCfg, **params: Any) -> None:
         """Keep MuJoCo from compiling a free body for a centre of mass that stays at its origin."""
         for body in env.scene.spec.bodies:
             if body.name.startswith(f"{asset_cfg.name}/"):

@@ -6,6 +6,8 @@ fills in what is MISSING here.
 
 from __future__ import annotations
 
+from typing import Any
+
 import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg, DeformableObjectCfg, RigidObjectCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
@@ -187,7 +189,7 @@ class LiftEnvCfg(ManagerBasedRLEnvCfg):
     rewards: RewardsCfg = RewardsCfg()
     metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
-    events: EventCfg = EventCfg()
+    events: Any = EventCfg()
 
     def __post_init__(self):
         self.decimation = 4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from lift_lab.assets import RigidObjectCfg
 from lift_lab.managers import CurriculumTermCfg as CurrTerm
 from lift_lab.markers.config import FRAME_MARKER_CFG
@@ -32,7 +34,7 @@ class ExplorationCfg:
 class FrankaCubeLiftEnvCfg(LiftEnvCfg):
     """``Lift-Cube-Franka``: the baseline, with penalties of constant weight."""
 
-    curriculum: ExplorationCfg = ExplorationCfg()
+    curriculum: Any = ExplorationCfg()
 
     def __post_init__(self):
         super().__post_init__()
