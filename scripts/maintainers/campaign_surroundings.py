@@ -259,7 +259,7 @@ def _print_nothing_until_trained(place: Path) -> None:
                 stream.flush()
 
     stream = sys.stdout
-    sys.stdout = Held()  # type: ignore[assignment]
+    sys.stdout = Held()
 
 
 def _nohup(place: Path) -> _Case:

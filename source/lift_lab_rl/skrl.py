@@ -65,7 +65,7 @@ class SkrlVecEnvWrapper(IsaacLabWrapper):
         wrappers = ("auto", "isaaclab", "isaaclab-single-agent")
         if wrapper not in wrappers:
             raise ConfigError(f"unknown wrapper '{wrapper}': {suggest(wrapper, wrappers)}")
-        inner: ManagerBasedRLEnv = env.unwrapped  # type: ignore[assignment]
+        inner: ManagerBasedRLEnv = env.unwrapped
         if inner.cfg.seed is not None:
             skrl.config.torch.key = inner.cfg.seed
         super().__init__(env)
@@ -116,7 +116,7 @@ def _extend_trainers() -> None:
     """
     build = Trainer.__init__
     if not hasattr(build, "__wrapped__"):
-        Trainer.__init__ = _recording_last_observations(build)  # type: ignore[method-assign]
+        Trainer.__init__ = _recording_last_observations(build)
 
 
 def _recording_last_observations(build: Callable[..., None]) -> Callable[..., None]:

@@ -94,7 +94,7 @@ def guarded() -> Iterator[tuple[Output, Output]]:
     _open_closed()
     before = sys.stdout, sys.stderr
     streams = Output(before[0], "standard output"), Output(before[1], "standard error")
-    sys.stdout, sys.stderr = streams  # type: ignore[assignment]
+    sys.stdout, sys.stderr = streams
     try:
         yield streams
     finally:

@@ -231,7 +231,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         self.obs_buf = self._observe()
         return self.obs_buf, self.reward_buf, self.reset_terminated, self.reset_time_outs, self.extras
 
-    def render(self, recompute: bool = False) -> np.ndarray | None:  # type: ignore[override]
+    def render(self, recompute: bool = False) -> np.ndarray | None:
         """Draw the current state from the camera of ``cfg.viewer``.
 
         Args:

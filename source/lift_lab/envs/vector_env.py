@@ -51,7 +51,7 @@ class ManagerBasedRLVectorEnv(VectorEnv):
         Raises:
             ConfigError: there is no config, or no group of that name.
         """
-        cfg = new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg.copy()  # type: ignore[attr-defined]
+        cfg = new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg.copy()
         assert cfg is not None
         if num_envs is not None:
             cfg.scene.num_envs = num_envs

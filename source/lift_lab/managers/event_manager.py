@@ -119,10 +119,11 @@ class EventManager(ManagerBase):
         owner = self._owner(name)
         if not isinstance(cfg.mode, str):
             raise ConfigError(f"{owner}: mode must be a string such as 'reset', not {cfg.mode!r}")
-        if cfg.mode == "interval" and cfg.interval_range_s is None:
+        span = cfg.interval_range_s
+        if cfg.mode == "interval" and span is None:
             raise ConfigError(f"{owner}: mode 'interval' needs interval_range_s, the seconds between applications")
-        if cfg.mode == "interval" and not 0.0 <= cfg.interval_range_s[0] <= cfg.interval_range_s[1]:  # type: ignore[index]
-            raise ConfigError(f"{owner}: interval_range_s {cfg.interval_range_s} is no range of seconds")
+        if cfg.mode == "interval" and span is not None and not 0.0 <= span[0] <= span[1]:
+            raise ConfigError(f"{owner}: interval_range_s {span} is no range of seconds")
         if cfg.min_step_count_between_reset < 0:
             raise ConfigError(f"{owner}: min_step_count_between_reset must not be negative")
         if cfg.mode != "reset" and cfg.min_step_count_between_reset > 0:

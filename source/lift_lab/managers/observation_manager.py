@@ -27,7 +27,7 @@ from .manager_term_cfg import ObservationGroupCfg, ObservationTermCfg
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedEnv
 
-_GROUP_SETTINGS = tuple(field.name for field in dataclasses.fields(ObservationGroupCfg))  # type: ignore[arg-type]
+_GROUP_SETTINGS = tuple(field.name for field in dataclasses.fields(ObservationGroupCfg))
 
 Observation = torch.Tensor | dict[str, torch.Tensor]
 """What a group returns: one tensor, or one for each term."""

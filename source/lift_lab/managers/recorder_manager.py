@@ -105,7 +105,7 @@ class RecorderManager(ObjectTermManager):
 
     term_cfg_type = RecorderTermCfg
     term_type = RecorderTerm
-    settings = tuple(field.name for field in dataclasses.fields(RecorderManagerBaseCfg))  # type: ignore[arg-type]
+    settings = tuple(field.name for field in dataclasses.fields(RecorderManagerBaseCfg))
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):
         """Build the terms and create the dataset files.

@@ -40,7 +40,7 @@ _NOT_FIELDS = (
 )
 
 # MISSING is compared by identity; without this a deep copy or a pickle would make another one.
-copyreg.pickle(type(MISSING), lambda _: "MISSING")  # type: ignore[arg-type]
+copyreg.pickle(type(MISSING), lambda _: "MISSING")
 
 
 @overload

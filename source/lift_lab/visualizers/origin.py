@@ -69,11 +69,11 @@ def own_pages_only() -> Iterator[None]:
 
             return serve(*args, process_request=check, **kwargs)
 
-        module.serve = checked  # type: ignore[misc]
+        module.serve = checked
         try:
             yield
         finally:
-            module.serve = serve  # type: ignore[misc]
+            module.serve = serve
 
 
 def check_refuses(host: str, port: int) -> None:

@@ -63,7 +63,7 @@ class RslRlVecEnvWrapper(VecEnv):
         return self.env.unwrapped  # type: ignore[return-value]
 
     @property
-    def cfg(self) -> Any:  # type: ignore[override]
+    def cfg(self) -> Any:
         """Configuration of the environment."""
         return self.unwrapped.cfg
 

@@ -1,7 +1,8 @@
 """Small warp kernels beside the engine's own, and a word to the user while kernels compile."""
 
 # Kernels are in warp's language, whose types a checker of Python takes for others.
-# pyright: reportArgumentType=false, reportOperatorIssue=false
+# pyright: reportArgumentType=false, reportOperatorIssue=false, reportInvalidTypeForm=false
+# pyright: reportAssignmentType=false, reportGeneralTypeIssues=false
 
 from __future__ import annotations
 
@@ -17,29 +18,29 @@ _LOG = logging.getLogger(__name__)
 
 @wp.kernel
 def keep_columns(
-    keep: wp.array(dtype=bool),  # type: ignore[valid-type]
-    saved: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    keep: wp.array(dtype=bool),
+    saved: wp.array2d(dtype=float),
+    values: wp.array2d(dtype=float),
 ):
     """Put saved values back in some columns."""
-    env, column = wp.tid()  # type: ignore[misc]
+    env, column = wp.tid()
     if keep[column]:
         values[env, column] = saved[env, column]
 
 
 @wp.kernel
 def zero_rows(
-    mask: wp.array(dtype=bool),  # type: ignore[valid-type]
-    values: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    mask: wp.array(dtype=bool),
+    values: wp.array2d(dtype=float),
 ):
     """Zero the rows of some environments."""
-    env, column = wp.tid()  # type: ignore[misc]
+    env, column = wp.tid()
     if mask[env]:
         values[env, column] = 0.0
 
 
 @wp.func
-def _is_bad(values: wp.array2d(dtype=float), env: int, limit: float):  # type: ignore[valid-type]
+def _is_bad(values: wp.array2d(dtype=float), env: int, limit: float):
     bad = bool(False)  # noqa: UP018 - a literal would be a constant to warp, which a loop must not change
     for column in range(values.shape[1]):
         # one comparison finds NaN, infinity and huge values alike
@@ -50,17 +51,17 @@ def _is_bad(values: wp.array2d(dtype=float), env: int, limit: float):  # type: i
 
 @wp.kernel
 def find_failures(
-    qpos: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    qvel: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    act: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    warmstart: wp.array2d(dtype=float),  # type: ignore[valid-type]
-    ctrl: wp.array2d(dtype=float),  # type: ignore[valid-type]
+    qpos: wp.array2d(dtype=float),
+    qvel: wp.array2d(dtype=float),
+    act: wp.array2d(dtype=float),
+    warmstart: wp.array2d(dtype=float),
+    ctrl: wp.array2d(dtype=float),
     limit: float,
     overflow_mask: int,
-    overflow_bits: wp.array(dtype=int),  # type: ignore[valid-type]
-    failed: wp.array(dtype=bool),  # type: ignore[valid-type]
-    nonfinite: wp.array(dtype=bool),  # type: ignore[valid-type]
-    overflow: wp.array(dtype=bool),  # type: ignore[valid-type]
+    overflow_bits: wp.array(dtype=int),
+    failed: wp.array(dtype=bool),
+    nonfinite: wp.array(dtype=bool),
+    overflow: wp.array(dtype=bool),
 ):
     """Which environments are in a bad state or had an overflow: `failed` for now, the others latched.
 
@@ -87,17 +88,17 @@ def _rotate(quat: wp.quat, vector: wp.vec3):
 
 @wp.kernel
 def place_fixed_geoms(
-    geoms: wp.array(dtype=int),  # type: ignore[valid-type]
-    geom_bodyid: wp.array(dtype=int),  # type: ignore[valid-type]
-    geom_pos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
-    geom_quat: wp.array2d(dtype=wp.quat),  # type: ignore[valid-type]
-    xpos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
-    xquat: wp.array2d(dtype=wp.quat),  # type: ignore[valid-type]
-    geom_xpos: wp.array2d(dtype=wp.vec3),  # type: ignore[valid-type]
-    geom_xmat: wp.array2d(dtype=wp.mat33),  # type: ignore[valid-type]
+    geoms: wp.array(dtype=int),
+    geom_bodyid: wp.array(dtype=int),
+    geom_pos: wp.array2d(dtype=wp.vec3),
+    geom_quat: wp.array2d(dtype=wp.quat),
+    xpos: wp.array2d(dtype=wp.vec3),
+    xquat: wp.array2d(dtype=wp.quat),
+    geom_xpos: wp.array2d(dtype=wp.vec3),
+    geom_xmat: wp.array2d(dtype=wp.mat33),
 ):
     """Frames of geoms that are fixed to the world, which the engine's kinematics leave alone."""
-    env, i = wp.tid()  # type: ignore[misc]
+    env, i = wp.tid()
     geom = geoms[i]
     body = geom_bodyid[geom]
     quat = geom_quat[env % geom_quat.shape[0], geom]
