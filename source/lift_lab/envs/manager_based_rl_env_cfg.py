@@ -31,7 +31,7 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     """Curriculum terms."""
     commands: Any = None
     """Command terms."""
-    metrics: object | None = None
+    metrics: Any = None
     """Metrics terms."""
 
     _ranges: ClassVar[Ranges] = {"episode_length_s": POSITIVE}
