@@ -35,11 +35,13 @@ def test_rewards_are_told_with_weights_as_overridden(text):
     assert row(text, "joint_vel", "-0.0001", "joint_vel_l2", "asset_cfg=robot")
 
 
-def test_events_terminations_curricula_and_commands_are_told(text):
+def test_events_terminations_curricula_commands_and_metrics_are_told(text):
     assert row(text, "reset_object_position", "reset", "reset_root_state_uniform", "y: (-0.25, 0.25)")
     assert row(text, "object_dropping", "terminal", "minimum_height=-0.05")
     assert row(text, "action_rate", "modify_reward_weight", "num_steps=18000")
     assert row(text, "object_pose", "ObjectPoseCommand", "pos_z=(0.25, 0.5)")
+    assert row(text, "success", "max", "object_reached_goal", "threshold=0.02")
+    assert row(text, "object_pose/position_error", "last", "command_position_error")
 
 
 def test_physics_and_what_has_no_effect_are_told(text):
