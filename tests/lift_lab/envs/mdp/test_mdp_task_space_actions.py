@@ -151,9 +151,9 @@ def test_inertia_and_gravity_are_mujocos(chosen):
     arm_bodies = [i for i in range(model.nbody) if model.body(i).name.startswith("arm/")]
     armature = torch.tensor(np.asarray(model.dof_armature)[6:], dtype=torch.float32).repeat(4, 1)
     asset = SimpleNamespace(
-        _physics=physics,
-        _ids=arm_bodies,
-        _dof_ids=[6, 7, 8, 9, 10],
+        physics=physics,
+        engine_body_ids=arm_bodies,
+        engine_dof_ids=[6, 7, 8, 9, 10],
         device="cpu",
         data=SimpleNamespace(joint_armature=armature),
     )
