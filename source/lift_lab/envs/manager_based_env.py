@@ -113,7 +113,7 @@ class ManagerBasedEnv:
         self.step_cache, self.prefetched = None, {}
         self.scene = InteractiveScene(self.cfg.scene)
         self._create_buffers()
-        self.event_manager = EventManager(self.cfg.events, self)
+        self.event_manager: EventManager = EventManager(self.cfg.events, self)
         self._check_event_modes()
         if "prestartup" in self.event_manager.available_modes:
             self.event_manager.apply(mode="prestartup")
@@ -151,9 +151,9 @@ class ManagerBasedEnv:
 
     def load_managers(self) -> None:
         """Create the managers that need the running simulation."""
-        self.recorder_manager = RecorderManager(self.cfg.recorders, self)
-        self.action_manager = ActionManager(self.cfg.actions, self)
-        self.observation_manager = ObservationManager(self.cfg.observations, self)
+        self.recorder_manager: RecorderManager = RecorderManager(self.cfg.recorders, self)
+        self.action_manager: ActionManager = ActionManager(self.cfg.actions, self)
+        self.observation_manager: ObservationManager = ObservationManager(self.cfg.observations, self)
 
     def _apply_startup_events(self) -> None:
         if "startup" in self.event_manager.available_modes:
@@ -265,7 +265,7 @@ class ManagerBasedEnv:
         return self._after_reset(ids)
 
     @in_any_grad_mode
-    def step(self, action: torch.Tensor | np.ndarray | Sequence) -> tuple[VecEnvObs, dict[str, Any]]:
+    def step(self, action: torch.Tensor | np.ndarray | Sequence[Any]) -> tuple[VecEnvObs, dict[str, Any]]:
         """Advance by one environment step.
 
         Args:

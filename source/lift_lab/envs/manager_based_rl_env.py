@@ -96,16 +96,16 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
     def load_managers(self) -> None:
         """Create the managers that need the running simulation, each after those that it reads."""
-        self.command_manager = CommandManager(self.cfg.commands, self)
+        self.command_manager: CommandManager = CommandManager(self.cfg.commands, self)
         super().load_managers()
         if not self.action_manager.total_action_dim:
             raise ConfigError("env.actions has no term: a policy needs something to decide")
         if not self.observation_manager.active_terms:
             raise ConfigError("env.observations has no group: a policy needs something to see")
-        self.termination_manager = TerminationManager(self.cfg.terminations, self)
-        self.reward_manager = RewardManager(self.cfg.rewards, self)
-        self.metrics_manager = MetricsManager(self.cfg.metrics, self)
-        self.curriculum_manager = CurriculumManager(self.cfg.curriculum, self)
+        self.termination_manager: TerminationManager = TerminationManager(self.cfg.terminations, self)
+        self.reward_manager: RewardManager = RewardManager(self.cfg.rewards, self)
+        self.metrics_manager: MetricsManager = MetricsManager(self.cfg.metrics, self)
+        self.curriculum_manager: CurriculumManager = CurriculumManager(self.cfg.curriculum, self)
         self._configure_gym_env_spaces()
 
     def _managers(self) -> list[Any]:
@@ -171,7 +171,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         return super().reset(seed, env_ids, options)
 
     @in_any_grad_mode
-    def step(self, action: torch.Tensor | np.ndarray | Sequence) -> VecEnvStepReturn:  # type: ignore[override]
+    def step(self, action: torch.Tensor | np.ndarray | Sequence[Any]) -> VecEnvStepReturn:  # type: ignore[override]
         """Advance by one environment step and reset the environments whose episode ended.
 
         The order makes rewards and terminations read the kinematics of the state just reached, and the observations

@@ -120,14 +120,14 @@ class ManagerTermBase:
     def reset(self, env_ids: EnvIds = None) -> Any:
         """Forget the state of some environments; the base class has none."""
 
-    def serialize(self) -> dict:
+    def serialize(self) -> dict[str, Any]:
         """The config as plain data."""
         cfg = class_to_dict(self.cfg)
         if cfg.get("func") is self:
             cfg["func"] = f"{type(self).__module__}:{type(self).__qualname__}"
         return {"cfg": cfg}
 
-    def __deepcopy__(self, memo: dict) -> ManagerTermBase:
+    def __deepcopy__(self, memo: dict[int, Any]) -> ManagerTermBase:
         """Itself: a copy of a config shares the term, which belongs to one environment."""
         return self
 

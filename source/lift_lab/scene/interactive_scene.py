@@ -47,9 +47,9 @@ class InteractiveScene:
         check_fits("scene.num_envs", cfg.num_envs, LEAST_BYTES, sim.device)
         self.cfg = cfg
         self.sim = sim
-        self.num_envs = cfg.num_envs
-        self.device = sim.device
-        self.spec = mujoco.MjSpec()
+        self.num_envs: int = cfg.num_envs
+        self.device: str = sim.device
+        self.spec: mujoco.MjSpec = mujoco.MjSpec()
         sim.configure(self.spec)  # its options hold for every asset that joins
         self._origins = grid_origins(cfg.num_envs, cfg.env_spacing, self.device)
         self._articulations: dict[str, Articulation] = {}

@@ -93,12 +93,12 @@ def configclass(cls: type | None = None, /, **kwargs: Any) -> Any:
 ##
 
 
-def to_dict(self) -> dict[str, Any]:
+def to_dict(self: Any) -> dict[str, Any]:
     """Nested dictionary of the values; callables as ``"module:name"``, ``MISSING`` as ``"???"``."""
     return class_to_dict(self)
 
 
-def from_dict(self, data: dict[str, Any]) -> None:
+def from_dict(self: Any, data: dict[str, Any]) -> None:
     """Set values in place from a nested dictionary. See :func:`lift_lab.utils.dict.update_class_from_dict`."""
     update_class_from_dict(self, data)
 
@@ -125,7 +125,7 @@ def replace(self: _T, **changes: Any) -> _T:
     return new
 
 
-def validate(self, prefix: str = "") -> list[str]:
+def validate(self: Any, prefix: str = "") -> list[str]:
     """Check the configuration and all that it holds: nothing is ``MISSING``, every number within its field's range.
 
     Args:
