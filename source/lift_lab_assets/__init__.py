@@ -6,32 +6,31 @@ one is asked for.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import robots
 from .files import ASSETS_USD_DIR as ASSETS_USD_DIR
 from .files import PRETRAINED_DIR as PRETRAINED_DIR
 
 if TYPE_CHECKING:
-    from lift_lab.assets import ArticulationCfg
-
-    from .robots.cartpole import *  # an editor completes the robots of these modules
-    from .robots.franka import *
+    from .robots import *
 
 LIFT_LAB_ASSETS_USD_DIR = str(ASSETS_USD_DIR)
 """Folder of the USD files, named as in Isaac Lab."""
 
 
-def __getattr__(name: str) -> ArticulationCfg:
-    """A robot's configuration, from any module of :mod:`lift_lab_assets.robots`.
+if not TYPE_CHECKING:  # a type checker would take every name for a robot
 
-    Raises:
-        AttributeError: no module has it; names the nearest.
-    """
-    if name == "__all__":  # a star import asks for it
-        own = [name for name in globals() if name.isupper() and name != "TYPE_CHECKING"]
-        return [*own, *robots.robot_configs()]  # type: ignore[return-value]
-    return getattr(robots, name)
+    def __getattr__(name: str) -> Any:
+        """A robot's configuration, from any module of :mod:`lift_lab_assets.robots`.
+
+        Raises:
+            AttributeError: no module has it; names the nearest.
+        """
+        if name == "__all__":  # a star import asks for it
+            own = [name for name in globals() if name.isupper() and name != "TYPE_CHECKING"]
+            return [*own, *robots.robot_configs()]
+        return getattr(robots, name)
 
 
 def __dir__() -> list[str]:

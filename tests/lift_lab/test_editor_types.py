@@ -68,6 +68,7 @@ import torch
 
 import lift_lab.envs.mdp as mdp
 import lift_lab.sim as sim_utils
+import lift_lab_assets
 from lift_lab.assets import Articulation, ArticulationCfg, AssetBaseCfg, RigidObject, RigidObjectCfg
 from lift_lab.envs import ManagerBasedRLEnv, ManagerBasedRLEnvCfg
 from lift_lab.managers import ActionTerm, ObservationGroupCfg, ObservationTermCfg, RewardTermCfg, SceneEntityCfg
@@ -142,6 +143,7 @@ own.rewards.lifting_object.weight = 2.0
 """
     wrong = """
 FRANKA_PANDA_CFG.replac(prim_path="a")
+lift_lab_assets.FRANKA_PANDAS_CFG
 sim_utils.CuboidCfg(sise=(0.1, 0.1, 0.1))
 MyEnvCfg(sped=2.0)
 cfg.scene.robott

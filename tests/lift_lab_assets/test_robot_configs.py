@@ -1,5 +1,6 @@
 """The robot configurations, as data."""
 
+import pkgutil
 import re
 import subprocess
 import sys
@@ -127,3 +128,10 @@ def test_cart_is_driven_by_effort_against_a_damper_and_the_pole_swings_freely():
     cart, pole = CARTPOLE_CFG.actuators["cart_actuator"], CARTPOLE_CFG.actuators["pole_actuator"]
     assert (cart.joint_names_expr, cart.stiffness, cart.damping) == (["slider_to_cart"], 0.0, 10.0)
     assert (pole.joint_names_expr, pole.stiffness, pole.damping) == (["cart_to_pole"], 0.0, 0.0)
+
+
+def test_an_editor_sees_the_robots_of_every_module():
+    text = Path(robots.__file__).read_text()
+    modules = [info.name for info in pkgutil.iter_modules(robots.__path__)]
+    assert modules
+    assert [name for name in modules if f"    from .{name} import *\n" not in text] == []
