@@ -8,17 +8,21 @@ from __future__ import annotations
 import functools
 import weakref
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import torch
 
-_Method = TypeVar("_Method", bound=Callable[..., Any])
+_Env = TypeVar("_Env")
+_Args = ParamSpec("_Args")
+_Result = TypeVar("_Result")
 
 _MET_INFERENCE_MODE: weakref.WeakSet[Any] = weakref.WeakSet()
 """Environments that were called in inference mode. Kept here: it is no part of an environment's state."""
 
 
-def in_any_grad_mode(method: _Method) -> _Method:
+def in_any_grad_mode(
+    method: Callable[Concatenate[_Env, _Args], _Result],
+) -> Callable[Concatenate[_Env, _Args], _Result]:
     """Let a method of an environment be called in and out of inference mode.
 
     Once it has been called inside, calls from outside go through inference mode, too; their tensors come back as copies
@@ -26,7 +30,7 @@ def in_any_grad_mode(method: _Method) -> _Method:
     """
 
     @functools.wraps(method)
-    def wrapper(self: Any, *args: Any, **kwargs: Any) -> Any:
+    def wrapper(self: _Env, *args: _Args.args, **kwargs: _Args.kwargs) -> _Result:
         if torch.is_inference_mode_enabled():
             _MET_INFERENCE_MODE.add(self)
         elif self in _MET_INFERENCE_MODE:
@@ -35,7 +39,7 @@ def in_any_grad_mode(method: _Method) -> _Method:
             return _copied(result)
         return method(self, *args, **kwargs)
 
-    return wrapper  # type: ignore[return-value]
+    return wrapper
 
 
 def _copied(value: Any) -> Any:

@@ -272,5 +272,6 @@ class EventManager(ManagerBase):
 
 def _draw_interval(cfg: EventTermCfg, count: int, device: str | torch.device) -> torch.Tensor:
     """Seconds until the next application, for ``count`` timers."""
-    lower_s, upper_s = cfg.interval_range_s  # type: ignore[misc]
+    assert cfg.interval_range_s is not None  # checked with the term
+    lower_s, upper_s = cfg.interval_range_s
     return torch.empty(count, device=device).uniform_(lower_s, upper_s)

@@ -229,9 +229,8 @@ class Physics(ABC):
         Of kinematic fields; what depends on forces is as :meth:`field` says.
         """
         if self._stale:
-            stale = self._stale
-            everywhere = any(env_ids is None for env_ids in stale)
-            ids = None if everywhere else torch.cat([ids_tensor(env_ids, self.device) for env_ids in stale])  # type: ignore[arg-type]
+            some = [ids_tensor(env_ids, self.device) for env_ids in self._stale if env_ids is not None]
+            ids = torch.cat(some) if len(some) == len(self._stale) else None
             self.refresh(ids)
             self._stale.clear()
         return self.field(name)
@@ -405,8 +404,9 @@ class Physics(ABC):
         """Environments that moved since the kinematics were current; None where none did."""
         if not self._stale:
             return None
-        everywhere = any(env_ids is None for env_ids in self._stale)
-        ids = range(self.num_envs) if everywhere else {int(i) for env_ids in self._stale for i in env_ids}  # type: ignore[union-attr]
+        some = [env_ids for env_ids in self._stale if env_ids is not None]
+        everywhere = len(some) < len(self._stale)
+        ids = range(self.num_envs) if everywhere else {int(i) for env_ids in some for i in env_ids}
         return torch.tensor(sorted(ids), dtype=torch.long)
 
     def _shared(self, name: str) -> torch.Tensor:
