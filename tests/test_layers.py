@@ -55,7 +55,7 @@ SHAPE_WORDS = {"lift_lab.usd": {"cube"}, "lift_lab.sim.spawners": {"cube"}}
 """In these packages a cube is a shape of USD."""
 
 KNOWN_ENGINE_NAMES = {
-    "lift_lab_rl.state_nodes",
+    "lift_lab.utils.state_writer",
 }
 """Modules that still name an engine. The list only becomes shorter."""
 

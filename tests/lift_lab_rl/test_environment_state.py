@@ -9,8 +9,8 @@ from lift_lab.envs import ManagerBasedRLEnv
 from lift_lab.managers import CurriculumTermCfg, EventTermCfg, ManagerTermBase, RewardTermCfg, SceneEntityCfg
 from lift_lab.utils.errors import StateMismatchError
 from lift_lab.utils.noise import UniformNoiseCfg
-from lift_lab_rl.checkpoint import env_state, load_env_state, load_rng_state, rng_state
 from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_rl.random_state import load_rng_state, rng_state
 from lift_lab_tasks.utils import parse_env_cfg
 
 
@@ -81,7 +81,7 @@ def env():
 def test_an_environment_goes_on_as_if_it_had_not_stopped(env, tmp_path):
     env.reset()
     run(env, 25)
-    save_torch(tmp_path / "state.pt", {"env": env_state(env), "rng": rng_state()})
+    save_torch(tmp_path / "state.pt", {"env": env.state_dict(), "rng": rng_state()})
     expected = run(env, 25, seed=1)
     expected_weight = env.reward_manager.get_term_cfg("joint_vel").weight
     env.close()
@@ -90,7 +90,7 @@ def test_an_environment_goes_on_as_if_it_had_not_stopped(env, tmp_path):
     other.reset()
     run(other, 3)
     state = load_torch(tmp_path / "state.pt")
-    load_env_state(other, state["env"])
+    other.load_state_dict(state["env"])
     load_rng_state(state["rng"])
     found = run(other, 25, seed=1)
     assert other.reward_manager.get_term_cfg("joint_vel").weight == expected_weight == -0.1
@@ -103,9 +103,9 @@ def test_an_environment_goes_on_as_if_it_had_not_stopped(env, tmp_path):
 def test_writing_a_state_down_changes_nothing(env):
     env.reset()
     run(env, 5)
-    state, rng = env_state(env), rng_state()
+    state, rng = env.state_dict(), rng_state()
     first = run(env, 10, seed=1)
-    load_env_state(env, state)
+    env.load_state_dict(state)
     load_rng_state(rng)
     second = run(env, 10, seed=1)
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
@@ -123,9 +123,9 @@ def test_a_run_with_markers_goes_on_without_and_the_other_way_round(env, shown_f
     for each in (env, other):
         each.reset()
     run(env, 5)
-    state, rng = env_state(env), rng_state()
+    state, rng = env.state_dict(), rng_state()
     expected = run(env, 10, seed=1)
-    load_env_state(other, state)
+    other.load_state_dict(state)
     load_rng_state(rng)
     found = run(other, 10, seed=1)
     other.close()
@@ -134,15 +134,15 @@ def test_a_run_with_markers_goes_on_without_and_the_other_way_round(env, shown_f
 
 def test_a_state_of_another_environment_is_refused(env):
     env.reset()
-    state = env_state(env)
+    state = env.state_dict()
     with pytest.raises(StateMismatchError, match="2 environments, this run 4"):
-        load_env_state(env, state | {"num_envs": 2})
+        env.load_state_dict(state | {"num_envs": 2})
     live = state["physics"]["state"] | {"state": torch.zeros(4, 5).double()}
     with pytest.raises(StateMismatchError, match=r"'physics\.state' has shape \(4, 5\), here it is \(4, \d+\)"):
-        load_env_state(env, state | {"physics": state["physics"] | {"state": live}})
-    del state["objects"][2]["common_step_counter"]
-    with pytest.raises(StateMismatchError, match="'common_step_counter' is not in it"):
-        load_env_state(env, state)
+        env.load_state_dict(state | {"physics": state["physics"] | {"state": live}})
+    del state["objects"]["env"][3]["common_step_counter"]
+    with pytest.raises(StateMismatchError, match=r"'env\.common_step_counter' is not in it"):
+        env.load_state_dict(state)
 
 
 class Seen(ManagerTermBase):
@@ -176,10 +176,10 @@ def test_numbers_in_tuples_and_sets_go_on_too(tmp_path):
     for one in (env, other):
         one.reset()
     run(env, 30)
-    save_torch(tmp_path / "state.pt", {"env": env_state(env), "rng": rng_state()})
+    save_torch(tmp_path / "state.pt", {"env": env.state_dict(), "rng": rng_state()})
     expected = run(env, 30)
     state = load_torch(tmp_path / "state.pt")
-    load_env_state(other, state["env"])
+    other.load_state_dict(state["env"])
     load_rng_state(state["rng"])
     found = run(other, 30)
     for one in (env, other):
@@ -191,11 +191,11 @@ def test_an_array_that_cannot_be_written_to_is_named():
     env = cartpole()
     env.reset()
     env.table = np.arange(3.0)
-    state = env_state(env)
+    state = env.state_dict()
     env.table = np.zeros(3)
     env.table.flags.writeable = False
-    with pytest.raises(StateMismatchError, match="'table' is an array that cannot be written to"):
-        load_env_state(env, state)
+    with pytest.raises(StateMismatchError, match=r"'env\.table' is an array that cannot be written to"):
+        env.load_state_dict(state)
     env.close()
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import torch
 
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.saved_state import Stateful
 from lift_lab.utils.string import resolve_matching_names_values
 from lift_lab.utils.types import ArticulationActions
 
@@ -18,11 +19,15 @@ if TYPE_CHECKING:
 _UNSET = torch.empty(0)
 
 
-class ActuatorBase(ABC):
+class ActuatorBase(ABC, Stateful):
     """A group of joints driven by one model (Isaac Lab's class of this name, with the same hooks to override).
 
     Tensors have shape (num_envs, num_joints of the group); joint efforts in N m or N.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_device", "_joint_indices", "_joint_names", "_num_envs", "joint_property_resolution_table"}
+    )
 
     is_implicit_model: ClassVar[bool] = False
     """Whether the engine computes the effort."""
@@ -143,12 +148,10 @@ class ActuatorBase(ABC):
         """Indices of the group's joints in the articulation."""
         return self._joint_indices
 
-    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:  # noqa: B027 - most have none
+    def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
         """Forget the internal state of some environments; None means all."""
 
-    def start_episodes(  # noqa: B027 - most have no use for it
-        self, env_ids: torch.Tensor, control_action: ArticulationActions
-    ) -> None:
+    def start_episodes(self, env_ids: torch.Tensor, control_action: ArticulationActions) -> None:
         """Take note of the targets with which some environments start, after they were reset.
 
         Args:

@@ -37,7 +37,7 @@ Values = torch.Tensor | np.ndarray | Sequence[float] | float
 class AssetBase(Entity):
     """A spawned thing. This class itself serves static ones, which have a place and no state."""
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"spawned"})
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_env_origins_w", "name", "spawned"})
 
     def __init__(self, cfg: AssetBaseCfg):
         """Hold the config; the scene spawns the asset with :meth:`spawn_into`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import mujoco
 import torch
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 
 class BodyAsset(AssetBase):
     """An asset with bodies whose state is simulated."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_body_names", "_geom_ids", "_ids", "_mocap", "_qadr", "_vadr", "_wrench_cols"}
+    )
 
     _data: Any
 

@@ -23,7 +23,11 @@ if TYPE_CHECKING:
 class BodyState(AssetData):
     """Poses and velocities of an asset's root and bodies."""
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_kept", "_kept_is_aligned", "_origins_version"})
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_body_cols", "_body_ids", "_body_origins_w", "_iquat_b", "_kept", "_kept_is_aligned", "_mocap"}
+        | {"_origins_version", "_origins_w", "_principal_axes_b", "_qadr", "_root_body", "_root_stands"}
+        | {"_tree_root", "_vadr", "body_names"}
+    )
 
     def __init__(
         self,

@@ -17,6 +17,7 @@ from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.attributes import SuggestsAttributes
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.math import convert_quat
+from lift_lab.utils.saved_state import Stateless
 
 from .asset_base import as_numbers
 
@@ -34,7 +35,7 @@ def xyzw_pose(pose: torch.Tensor) -> torch.Tensor:
     return torch.cat((pose[..., :3], convert_quat(pose[..., 3:], to="xyzw")), dim=-1)
 
 
-class RigidBodyView(SuggestsAttributes):
+class RigidBodyView(SuggestsAttributes, Stateless):
     """The view of a rigid object."""
 
     def __init__(self, asset: BodyAsset):

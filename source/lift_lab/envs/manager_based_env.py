@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import torch
 
-from lift_lab.managers import ActionManager, EventManager, ObservationManager, RecorderManager
+from lift_lab.managers import ActionManager, EventManager, ManagerBase, ObservationManager, RecorderManager
 from lift_lab.scene import InteractiveScene
 from lift_lab.sim import SimulationContext
 from lift_lab.sim.ignored import note_ignored, report_ignored
 from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, ConfigTypeError, suggest
+from lift_lab.utils.saved_state import Stateful
 from lift_lab.utils.seed import configure_seed
 
 from .arguments import action_tensor
 from .common import VecEnvObs
 from .grad_mode import in_any_grad_mode
 from .manager_based_env_cfg import ManagerBasedEnvCfg
+from .state import ChangedSettings, env_state, load_env_state
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -44,7 +46,7 @@ _IGNORED = {
 """Fields of the config that have no effect: their default, and why."""
 
 
-class ManagerBasedEnv:
+class ManagerBasedEnv(Stateful):
     """``num_envs`` copies of a scene, stepped together.
 
     One environment step is ``cfg.decimation`` physics steps. Where nothing has to be computed between them, the
@@ -52,8 +54,8 @@ class ManagerBasedEnv:
     """
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
-        {"extras", "render_mode", "metadata", "_records", "_fuses_substeps", "_has_interval_events"}
-        | {"step_cache", "prefetched"}
+        {"extras", "render_mode", "metadata", "_records", "_fuses_substeps", "_has_interval_events", "_is_closed"}
+        | {"step_cache", "prefetched", "changed_settings"}
     )
 
     cfg: Any
@@ -70,6 +72,8 @@ class ManagerBasedEnv:
     """What :func:`~lift_lab.utils.step_cache.once_a_step` functions returned while nothing moves, else None."""
     prefetched: dict[Any, torch.Tensor]
     """Ids of environments that the host read with the question which episodes ended; see ``ManagerBase.masks``."""
+    changed_settings: ChangedSettings
+    """What terms have changed in the configurations since construction."""
     event_modes: ClassVar[tuple[str, ...] | None] = ("prestartup", "startup", "reset", "interval")
     """Modes of events that this environment applies; an event of another mode is an error. A sub-class that applies
     modes of its own lists them here, or None for any."""
@@ -122,6 +126,7 @@ class ManagerBasedEnv:
         self.scene.update(dt=self.physics_dt)
         self.event_manager.resolve_terms()
         self.load_managers()
+        self.changed_settings = ChangedSettings(self._settings)
         self._plan_steps()
         self._apply_startup_events()
 
@@ -203,6 +208,41 @@ class ManagerBasedEnv:
     def _managers(self) -> list[Any]:
         """The managers, in the order in which their tables are shown."""
         return [self.event_manager, self.recorder_manager, self.action_manager, self.observation_manager]
+
+    # -- saved state
+
+    def state_parts(self) -> dict[str, Any]:
+        saved_by_name = (InteractiveScene, ManagerBase)
+        return {name: part for name, part in super().state_parts().items() if not isinstance(part, saved_by_name)}
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything that the future of the environment depends on, but the global random numbers.
+
+        Returns:
+            ``physics``: the engine's state. ``objects``: the states of the environment, the scene, its entities, the
+            managers and their terms, by name (:mod:`lift_lab.utils.saved_state`), as copies on the CPU and plain
+            values. ``settings``: values that terms have changed in configurations. ``unsaved``: path and type of what
+            cannot be written down (an iterator, an open file). ``version`` and ``num_envs``.
+        """
+        return env_state(self)
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Continue from a state of :meth:`state_dict`.
+
+        Args:
+            state: of this environment, or of another one with the same configuration.
+
+        Raises:
+            StateMismatchError: the environment holds other things than the state; names the first of them. The
+                environment is unchanged then.
+        """
+        load_env_state(self, state)
+
+    def _settings(self) -> dict[str, Any]:
+        """The configurations that terms may change, by name. Those of scene, simulation and camera are used once."""
+        own = {name: value for name, value in vars(self.cfg).items() if name not in ("scene", "sim", "viewer")}
+        managers = {name: value.cfg for name, value in vars(self).items() if isinstance(value, ManagerBase)}
+        return {"cfg": own, **{name: cfg for name, cfg in managers.items() if cfg is not None}}
 
     # -- running
 

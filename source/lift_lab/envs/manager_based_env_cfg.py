@@ -28,8 +28,6 @@ class DefaultEventManagerCfg(ConfigBase):
 class ManagerBasedEnvCfg(ConfigBase):
     """Config of :class:`ManagerBasedEnv`."""
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"viewer", "log_dir"})
-
     viewer: ViewerCfg = ViewerCfg()
     """Camera of rendered frames."""
     sim: SimulationCfg = SimulationCfg()

@@ -20,6 +20,10 @@ class FunctionTermManager(ManagerBase):
     min_argc: ClassVar[int] = 1
     """Positional arguments that a term is called with."""
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_term_names", "_term_cfgs", "_class_term_cfgs", "_log_names"}
+    )
+
     def _prepare_terms(self) -> None:
         self._term_names: list[str] = []
         self._term_cfgs: list[Any] = []
@@ -32,6 +36,10 @@ class FunctionTermManager(ManagerBase):
     def _accept_term(self, term_name: str, term_cfg: Any) -> None:
         """Check and resolve one config; sub-classes add the checks of their own fields."""
         self._resolve_common_term_cfg(term_name, term_cfg, self.min_argc)
+
+    def term_objects(self) -> dict[str, Any]:
+        cfgs = zip(self._term_names, self._term_cfgs, strict=True)
+        return {name: cfg.func for name, cfg in cfgs if isinstance(cfg.func, ManagerTermBase)}
 
     def _list_class_terms(self) -> None:
         self._class_term_cfgs = [cfg for cfg in self._term_cfgs if isinstance(cfg.func, ManagerTermBase)]
@@ -61,6 +69,7 @@ class FunctionTermManager(ManagerBase):
         if cfg is not self._term_cfgs[index]:
             self._accept_term(term_name, cfg)
             self._term_cfgs[index] = cfg
+            self._put_term_cfg(term_name, cfg)
             self._list_class_terms()
 
     def _index(self, term_name: str) -> int:
@@ -84,6 +93,11 @@ class ObjectTermManager(ManagerBase):
 
     settings: ClassVar[Sequence[str]] = ()
     """Fields of the config that are no terms."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_terms"})
+
+    def term_objects(self) -> dict[str, Any]:
+        return dict(self._terms)
 
     def _prepare_terms(self) -> None:
         self._terms: dict[str, Any] = {}

@@ -25,6 +25,8 @@ class ActionTerm(DebugVisTerm, ABC):
     Source: Isaac Lab's ``ActionTerm``.
     """
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_asset"})
+
     cfg: Any
     """The term's config."""
 
@@ -85,6 +87,8 @@ class ActionManager(ObjectTermManager):
 
     term_cfg_type = ActionTermCfg
     term_type = ActionTerm
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_action_term_dim", "_total_action_dim", "_slices"})
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):
         """Build the terms.

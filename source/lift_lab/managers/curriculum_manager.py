@@ -8,7 +8,7 @@ import torch
 
 from ._table import render_table
 from ._term_managers import FunctionTermManager
-from .manager_base import EnvIds
+from .manager_base import EnvIds, ManagerTermBase, named_reward
 from .manager_term_cfg import CurriculumTermCfg
 
 if TYPE_CHECKING:
@@ -34,6 +34,18 @@ class CurriculumManager(FunctionTermManager):
             f"<CurriculumManager> contains {len(self._term_names)} active terms.\n"
             f"{render_table('Active Curriculum Terms', ['Index', 'Name'], list(enumerate(self._term_names)))}"
         )
+
+    def may_change_weight(self, reward: str) -> bool:
+        """Whether a term changes the weight of a reward term.
+
+        A term says so by its param ``term_name``, a class by
+        :meth:`~lift_lab.managers.ManagerTermBase.scheduled_rewards`. One that says nothing may change any.
+        """
+        for cfg in self._term_cfgs:
+            names = cfg.func.scheduled_rewards() if isinstance(cfg.func, ManagerTermBase) else named_reward(cfg)
+            if names is None or reward in names:
+                return True
+        return False
 
     def compute(self, env_ids: EnvIds = None) -> None:
         """Call every term with the environments about to reset."""

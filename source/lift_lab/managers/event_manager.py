@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -38,6 +38,10 @@ class EventManager(ManagerBase):
     first applied. Source: Isaac Lab's ``EventManager``.
     """
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_mode_term_names", "_mode_term_cfgs", "_mode_class_term_cfgs", "_unbound"}
+    )
+
     def __init__(self, cfg: object, env: ManagerBasedEnv):
         """Check the terms; bind them to the scene if the simulation has started.
 
@@ -62,6 +66,10 @@ class EventManager(ManagerBase):
     def active_terms(self) -> dict[str, list[str]]:
         """Names of the terms by mode."""
         return self._mode_term_names
+
+    def term_objects(self) -> dict[str, Any]:
+        cfgs = {name: self.get_term_cfg(name) for names in self._mode_term_names.values() for name in names}
+        return {name: cfg.func for name, cfg in cfgs.items() if isinstance(cfg.func, ManagerTermBase)}
 
     @property
     def available_modes(self) -> list[str]:
@@ -260,6 +268,7 @@ class EventManager(ManagerBase):
         self._bind_term(term_name, cfg)
         cfgs = self._mode_term_cfgs[mode]
         cfgs[index] = cfg
+        self._put_term_cfg(term_name, cfg)
         self._mode_class_term_cfgs[mode] = [c for c in cfgs if isinstance(c.func, ManagerTermBase)]
 
     def _find(self, term_name: str) -> tuple[str, int]:

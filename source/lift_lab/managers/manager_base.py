@@ -11,7 +11,7 @@ import dataclasses
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -19,6 +19,7 @@ from lift_lab.sim.physics.base import ids_tensor
 from lift_lab.utils.dict import class_to_dict
 from lift_lab.utils.errors import ConfigError, ConfigTypeError, NoCallError, NotCallableError, suggest
 from lift_lab.utils.indexing import EnvIds
+from lift_lab.utils.saved_state import Stateful
 from lift_lab.utils.string import resolve_matching_names, string_to_callable
 
 from .manager_term_cfg import ManagerTermBaseCfg
@@ -74,11 +75,19 @@ def check_arguments(owner: str, func: Callable, params: dict[str, Any], fixed: S
     raise ConfigError(f"{owner}: its params do not fit the function's arguments: {'; '.join(problems)}")
 
 
-class ManagerTermBase:
+def named_reward(cfg: Any) -> list[str] | None:
+    """The reward term that a term's params name; None where they name none."""
+    name = cfg.params.get("term_name")
+    return None if name is None else [name]
+
+
+class ManagerTermBase(Stateful):
     """A term with a state: built as ``func(cfg=..., env=...)``, then called like a function term.
 
     Source: Isaac Lab's ``ManagerTermBase``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_env"})
 
     cfg: Any
     """The term's config."""
@@ -120,6 +129,10 @@ class ManagerTermBase:
     def reset(self, env_ids: EnvIds = None) -> Any:
         """Forget the state of some environments; the base class has none."""
 
+    def scheduled_rewards(self) -> list[str] | None:
+        """Of a curriculum term: the reward terms whose weight it changes, None where that may be any."""
+        return named_reward(self.cfg)
+
     def serialize(self) -> dict[str, Any]:
         """The config as plain data."""
         cfg = class_to_dict(self.cfg)
@@ -136,11 +149,13 @@ class ManagerTermBase:
         raise NotImplementedError(f"the term class '{type(self).__name__}' has no __call__")
 
 
-class ManagerBase(ABC):
+class ManagerBase(ABC, Stateful):
     """A set of terms read from a config.
 
     Source: Isaac Lab's ``ManagerBase``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_env"})
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):
         """Copy the config and prepare its terms.
@@ -176,6 +191,10 @@ class ManagerBase(ABC):
     def _prepare_terms(self) -> None:
         """Read the terms from the config."""
 
+    def term_objects(self) -> dict[str, Any]:
+        """The terms that are objects, which have a state of their own, by name."""
+        return {}
+
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
         """Reset the terms of some environments; returns log entries."""
         return {}
@@ -210,6 +229,13 @@ class ManagerBase(ABC):
     def get_active_iterable_terms(self, env_idx: int) -> list[tuple[str, list[float]]]:
         """Name and current values of every term in one environment, for a viewer's plots."""
         raise NotImplementedError(f"{type(self).__name__} keeps no value for each environment")
+
+    def _put_term_cfg(self, term_name: str, term_cfg: Any) -> None:
+        """Put a term's new config in the place of the old one in :attr:`cfg`."""
+        if isinstance(self.cfg, dict):
+            self.cfg[term_name] = term_cfg
+        else:
+            setattr(self.cfg, term_name, term_cfg)
 
     def _owner(self, term_name: str) -> str:
         """How messages call a term."""

@@ -10,7 +10,7 @@ import copy
 import dataclasses
 import inspect
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -39,6 +39,11 @@ class ObservationManager(ManagerBase):
     Source: Isaac Lab's ``ObservationManager``.
     """
 
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_group_obs_term_names", "_group_obs_dim", "_group_obs_term_dim", "_group_obs_term_cfgs"}
+        | {"_group_obs_concatenate", "_group_obs_concatenate_dim"}
+    )
+
     def __init__(self, cfg: object, env: ManagerBasedEnv):
         """Prepare the terms and call each once to learn its shape.
 
@@ -65,6 +70,14 @@ class ObservationManager(ManagerBase):
     def active_terms(self) -> dict[str, list[str]]:
         """Names of the terms by group."""
         return self._group_obs_term_names
+
+    def term_objects(self) -> dict[str, Any]:
+        return {
+            f"{group}/{name}": cfg.func
+            for group, names in self._group_obs_term_names.items()
+            for name, cfg in zip(names, self._group_obs_term_cfgs[group], strict=True)
+            if isinstance(cfg.func, ManagerTermBase)
+        }
 
     @property
     def group_obs_dim(self) -> dict[str, tuple[int, ...] | list[tuple[int, ...]]]:

@@ -6,7 +6,7 @@ import dataclasses
 import enum
 import os
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -105,6 +105,7 @@ class RecorderManager(ObjectTermManager):
 
     term_cfg_type = RecorderTermCfg
     term_type = RecorderTerm
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_handlers", "_path"})
     settings = tuple(field.name for field in dataclasses.fields(RecorderManagerBaseCfg))
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):

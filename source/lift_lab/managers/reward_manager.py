@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -24,6 +24,10 @@ class RewardManager(FunctionTermManager):
     episode's account take one operation each, whatever the number of terms. Source: Isaac Lab's
     ``RewardManager``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_factor_column", "_factor_row", "_factors", "_shape", "_values_by_env"}
+    )
 
     term_cfg_type = RewardTermCfg
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
@@ -24,6 +24,8 @@ class TerminationManager(FunctionTermManager):
     Every :meth:`compute` returns new tensors; none is overwritten later. Source: Isaac Lab's
     ``TerminationManager``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_none"})
 
     term_cfg_type = TerminationTermCfg
 

@@ -12,6 +12,7 @@ from lift_lab.drawing.shapes import Primitive
 from lift_lab.sim import SimulationContext
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.saved_state import Stateless
 
 from .drawn import primitives
 
@@ -28,7 +29,7 @@ class VisualizationMarkersCfg(ConfigBase):
     """Marker name -> its shape."""
 
 
-class VisualizationMarkers:
+class VisualizationMarkers(Stateless):
     """Instances of a few shapes (Isaac Lab's ``VisualizationMarkers``).
 
     Holds poses only: a viewer finds the groups of a simulation with :meth:`of` and draws them.

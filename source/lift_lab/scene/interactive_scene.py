@@ -6,7 +6,7 @@ positions when they are read and taken off when they are written.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import torch
@@ -21,17 +21,23 @@ from lift_lab.terrains.terrain_importer import grid_origins
 from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, NotFoundError, suggest
 from lift_lab.utils.indexing import EnvIds
+from lift_lab.utils.saved_state import Stateful
 
 from .interactive_scene_cfg import InteractiveSceneCfg
 
 State = dict[str, dict[str, dict[str, torch.Tensor]]]
 
 
-class InteractiveScene:
+class InteractiveScene(Stateful):
     """Entities of an environment, each by the name of its config field: ``scene["robot"]``.
 
     The scene is built into :attr:`spec` at construction; :meth:`SimulationContext.reset` compiles it.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"num_envs", "device", "_articulations", "_rigid_objects", "_deformable_objects", "_statics", "_sensors"}
+        | {"_movables", "_entities", "_terrain", "_terrain_field"}
+    )
 
     def __init__(self, cfg: InteractiveSceneCfg):
         """Build all entities.

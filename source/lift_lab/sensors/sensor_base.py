@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import mujoco
 import torch
@@ -40,6 +40,8 @@ class AssetPath(str):
 
 class SensorBase(DebugVis, Entity, ABC):
     """A sensor reads the engine's state on demand."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_env_origins_w", "name"})
 
     def __init__(self, cfg: SensorBaseCfg):
         self.cfg = cfg.copy()

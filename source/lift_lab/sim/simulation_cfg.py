@@ -129,8 +129,6 @@ class MujocoCfg(ConfigBase):
 class SimulationCfg(ConfigBase):
     """Configuration of the simulation, with Isaac Lab's names; :attr:`mujoco` and :attr:`physics` are ours."""
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"num_threads"})
-
     physics_prim_path: str = "/physicsScene"
     """Isaac Lab's prim path of the physics scene. A label here."""
     device: str = "auto"

@@ -19,6 +19,7 @@ import torch
 
 from lift_lab.utils.configclass import validate
 from lift_lab.utils.errors import ConfigError, PhysicsError
+from lift_lab.utils.saved_state import Stateless
 
 from .engines import engine_class
 from .ignored import note_changed_fields
@@ -105,7 +106,7 @@ def _pick(table: dict[str, Any], key: str, field: str) -> Any:
     return table[key]
 
 
-class SimulationContext:
+class SimulationContext(Stateless):
     """One simulation at a time, as in Isaac Lab: the newest instance is :meth:`instance`."""
 
     _current: ClassVar[SimulationContext | None] = None

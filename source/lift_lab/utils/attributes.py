@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .errors import UnknownAttributeError, suggest
+from .saved_state import Stateful
 
 
 class SuggestsAttributes:
@@ -26,7 +27,7 @@ class SuggestsAttributes:
             raise UnknownAttributeError(f"{self._described()} no '{name}'; {suggest(name, names)}")
 
 
-class Entity(SuggestsAttributes):
+class Entity(SuggestsAttributes, Stateful):
     """Something that a scene has by name: an asset or a sensor."""
 
     name: str = ""
@@ -36,8 +37,10 @@ class Entity(SuggestsAttributes):
         return f"'{self.name}' ({type(self).__name__}) has"
 
 
-class EntityData(SuggestsAttributes):
+class EntityData(SuggestsAttributes, Stateful):
     """State of an asset, or readings of a sensor."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"entity_name"})
 
     entity_name: str = ""
     """The scene's name for the asset or sensor."""

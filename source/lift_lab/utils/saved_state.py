@@ -1,32 +1,86 @@
-"""What a class says about its saved state.
+"""What an object says about its saved state.
 
-A training saves the attributes of an environment's managers, terms, assets and sensors, so that it can be continued
-exactly. A class has a say in that:
-
-- ``unsaved_attributes: ClassVar[frozenset[str]]``: attributes that are no part of the state, because they can be
-  computed again or belong to the process (an open file, a window).
-- ``on_state_loaded(self) -> None``: called once the attributes have their saved values: forget what was computed from
-  other ones.
-- ``state_dict(self) -> dict`` and ``load_state_dict(self, state) -> None``, both or neither: the object saves itself,
-  and its attributes are not looked at. The dictionary holds tensors, arrays, numbers, text and containers of these.
+A training saves the state of its environment, so that it can be continued exactly: see
+:meth:`lift_lab.envs.ManagerBasedEnv.state_dict`. By default the state of an object is every attribute: tensors, arrays,
+numbers, text, generators of random numbers, containers of these, and the same of objects that it holds. Configurations,
+functions and what belongs to the engine are no state. A class that wants it otherwise derives from :class:`Stateful`
+or has the two methods ``state_dict`` and ``load_state_dict``, as torch's modules and optimizers have.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 
 from .errors import StateMismatchError
 
 
-def unsaved_attributes(value: Any) -> frozenset[str]:
-    """Names of the attributes of an object that its class and the classes above it leave out of its state."""
-    names: set[str] = set()
-    for cls in type(value).__mro__:
-        names.update(vars(cls).get("unsaved_attributes", ()))
-    return frozenset(names)
+class Stateful:
+    """An object with a state. Managers, terms, assets, sensors and actuators are such."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset()
+    """Attributes that are no state: they never change, follow from others, or belong to the process. A class adds its
+    own to those of the classes above it."""
+
+    state_version: ClassVar[int] = 1
+    """To be raised when saved attributes are renamed or get another meaning, with a case in :meth:`upgrade_state`."""
+
+    @classmethod
+    def upgrade_state(cls, attributes: dict[str, Any], version: int) -> dict[str, Any]:
+        """Turn attributes that an older version of the class has saved into those of the present one.
+
+        Args:
+            attributes: saved values by attribute; those inside of containers are as the file has them.
+            version: the older :attr:`state_version`.
+        """
+        return attributes
+
+    def state_parts(self) -> dict[str, Any]:
+        """What the state is made of: values by the name under which they are saved.
+
+        The attributes, unless a class adds objects that it does not hold as attributes of its own.
+        """
+        left_out = unsaved_attributes(type(self))
+        return {name: value for name, value in attributes_of(self).items() if name not in left_out}
+
+    def on_state_loaded(self) -> None:
+        """Forget what was computed from the state before this one was loaded."""
+
+    def state_dict(self) -> dict[str, Any]:
+        """The state as copies on the CPU: tensors and plain values."""
+        from .state_writer import StateWriter
+
+        return StateWriter().parts(self, "")
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Continue from a state of :meth:`state_dict`.
+
+        Raises:
+            StateMismatchError: the state is of something else; nothing has changed then.
+        """
+        from .state_reader import StateReader
+
+        reader = StateReader()
+        reader.plan(self, ("object", type(self).__qualname__, self.state_version, state), "")
+        reader.apply()
+
+
+class Stateless:
+    """An object that is no part of a state, whoever holds it: an engine, a window, a view of other objects."""
+
+
+def attributes_of(value: Any) -> dict[str, Any]:
+    """Attributes of an object: those in its dictionary and those in slots."""
+    found: Any = object.__getstate__(value)  # type: ignore[attr-defined]
+    plain, slots = found if isinstance(found, tuple) else (found, None)
+    return (plain or {}) | (slots or {})
+
+
+def unsaved_attributes(cls: type) -> frozenset[str]:
+    """Attributes that a class and the classes above it leave out of the state."""
+    return frozenset().union(*(vars(base).get("unsaved_attributes", ()) for base in cls.__mro__))
 
 
 def copies(tensors: Mapping[str, torch.Tensor]) -> dict[str, torch.Tensor]:

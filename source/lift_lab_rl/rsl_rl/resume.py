@@ -16,15 +16,9 @@ import torch
 
 from lift_lab.utils.errors import ConfigError, FileError, LiftLabError, StateMismatchError
 from lift_lab_rl import distributed
-from lift_lab_rl.checkpoint import (
-    check_rng_state,
-    env_state,
-    load_env_state,
-    load_rng_state,
-    rng_state,
-)
 from lift_lab_rl.counters import manager_env
 from lift_lab_rl.files import load_torch, write_atomically
+from lift_lab_rl.random_state import check_rng_state, load_rng_state, rng_state
 from lift_lab_rl.settings import Settings
 from lift_lab_rl.wrapper_state import plan_wrapper_states, wrapper_states
 
@@ -36,14 +30,14 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-VERSION = 2
+VERSION = 3
 """Version of the form of a resume state."""
 
 
 def resume_state(runner: LiftLabRunner) -> dict[str, Any]:
     """Everything besides the model that the next iteration depends on, as tensors and plain values."""
     env, returns = manager_env(runner.env), _curious_returns(runner)
-    of_env = None if env is None else env_state(env)
+    of_env = None if env is None else env.state_dict()
     wrappers, unsaved = wrapper_states(runner.env)
     if of_env is not None:
         unsaved = [*of_env["unsaved"], *unsaved]
@@ -77,11 +71,10 @@ def load_resume_state(runner: LiftLabRunner, checkpoint: str | Path) -> str:
         return _start_fresh(runner, problem)
     env = manager_env(runner.env)
     try:
-        plans = plan_wrapper_states(runner.env, state["wrappers"])
+        wrappers = plan_wrapper_states(runner.env, state["wrappers"])
         if env is not None:
-            load_env_state(env, state["env"])
-        for plan in plans:
-            plan.apply()
+            env.load_state_dict(state["env"])
+        wrappers.apply()
     except LiftLabError as error:
         problem = str(error)
     problem = distributed.first_problem(problem)

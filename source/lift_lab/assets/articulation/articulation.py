@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import torch
@@ -38,6 +38,11 @@ class Articulation(JointProperties):
     stage, the root first. Names, data, targets, actions, indices and ``root_physx_view`` have this order; the engine's
     own stays inside. ``cfg.index_order="engine"`` selects that one instead.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_all_implicit", "_computed", "_ctrl_cols", "_dof_ids", "_driven", "_drives", "_implicit"}
+        | {"_joint_ids", "_joint_names", "_order", "_qpos_ids"}
+    )
 
     cfg: ArticulationCfg
 

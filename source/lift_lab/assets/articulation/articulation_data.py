@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 
@@ -13,6 +13,8 @@ from ..body_data import BodyData
 
 class ArticulationData(BodyData):
     """Joint tensors have shape (num_envs, num_joints); rad or m, rad/s or m/s, N m or N."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_dof_cols", "_qpos_cols", "joint_names"})
 
     joint_names: list[str]
     default_joint_pos: torch.Tensor

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.utils import math as math_utils
+from lift_lab.utils.saved_state import Stateless
 
 if TYPE_CHECKING:
     from .articulation import Articulation
 
 
-class JointDynamics:
+class JointDynamics(Stateless):
     """Inertia and gravity of an articulation in joint space, from the engine's spatial inertias and motion axes."""
 
     def __init__(self, asset: Articulation, joint_ids: slice | torch.Tensor):

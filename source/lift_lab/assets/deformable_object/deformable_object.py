@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import numpy as np
@@ -35,6 +35,8 @@ class DeformableObject(AssetBase):
 
     It has nodal positions and velocities and no orientation; its root is the mean of its nodes, as in Isaac Lab.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_flex", "_nodes", "_qpos", "_qvel"})
 
     cfg: DeformableObjectCfg
 

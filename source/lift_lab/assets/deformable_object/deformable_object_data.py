@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 class DeformableObjectData(AssetData):
     """Positions and velocities of the nodes, world frame (with the environment's origin)."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_origins_w", "_qpos", "_qvel"})
 
     def __init__(
         self,

@@ -222,6 +222,10 @@ class modify_env_param(ManagerTermBase):
         if value is not self.NO_CHANGE:
             _assign(env, self._path, value)
 
+    def scheduled_rewards(self) -> list[str]:
+        is_reward = self._path[:2] == ["reward_manager", "cfg"] and len(self._path) > 2
+        return [str(self._path[2])] if is_reward else []
+
     def _expand(self, address: str) -> str:
         return address
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import torch
@@ -115,6 +115,8 @@ class _Group:
 
 class ContactSensor(SensorBase):
     """Contact forces on bodies (Isaac Lab's ``ContactSensor``)."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_bodies", "_body_ids", "_sensordata", "_targets"})
 
     cfg: ContactSensorCfg
 

@@ -6,7 +6,7 @@ Each frame is a site of the model, so that the engine's own kinematics place it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 class FrameTransformerData(EntityData):
     """Readings. F is the number of target frames; computed on demand from the current kinematics."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_origins_w", "_source", "_target_origins_w", "_targets", "target_frame_names"}
+    )
 
     def __init__(self, physics: Physics, origins_w: torch.Tensor, source: int, targets: list[int], names: list[str]):
         self._physics = physics
@@ -86,6 +90,8 @@ class FrameTransformer(SensorBase):
     As in Isaac Lab, target frames are sorted by the prim paths of their bodies. Frames of one body keep the order of
     the config, and all do where the articulation of the source frame has ``index_order="engine"``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_names"})
 
     cfg: FrameTransformerCfg
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
@@ -19,6 +19,8 @@ class ImuData(EntityData):
     Pose and velocities are those of the current state, accelerations those of the last physics step, in the frame as it
     was turned at its start.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_columns", "_dt", "_origins_w", "_sensordata", "_site"})
 
     def __init__(
         self,

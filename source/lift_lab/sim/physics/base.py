@@ -17,7 +17,7 @@ import numpy as np
 import torch
 
 from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError, StateMismatchError, suggest
-from lift_lab.utils.saved_state import check_tensor, copies, copy_into
+from lift_lab.utils.saved_state import Stateless, check_tensor, copies, copy_into
 
 from .data_fields import DERIVED_FIELDS, MOVING_FIELDS, NEEDS_SENSOR, STATE_FIELDS, Stage, sensor_stages
 from .engine_warnings import throttle_engine_warnings
@@ -48,7 +48,7 @@ class Health:
         return self.nonfinite | self.overflow
 
 
-class Physics(ABC):
+class Physics(ABC, Stateless):
     """`num_envs` simulations of one compiled model.
 
     A failed environment disturbs no other. :meth:`health` reports it. It keeps its bad state until :meth:`reset`,
@@ -293,7 +293,7 @@ class Physics(ABC):
         """One of them, which may be shared by all environments until now."""
         return self.randomizable(name)
 
-    def _restore_constants(self) -> None:  # noqa: B027 - not needed where they are among the rows
+    def _restore_constants(self) -> None:
         """Derive the constants of the model once its rows were loaded."""
 
     @abstractmethod

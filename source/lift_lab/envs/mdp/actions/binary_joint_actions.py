@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
@@ -36,6 +36,8 @@ class BinaryJointAction(ActionTerm):
 
     With a ``min_close_time_s`` the gripper opens only when it has been closing for that long.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_joint_ids", "_joint_names"})
 
     _asset: Articulation
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
@@ -61,6 +61,10 @@ class JointAction(ActionTerm):
 
     The joints are those that match the config's patterns, in the articulation's order unless ``preserve_order``.
     """
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
+        {"_joint_columns", "_joint_ids", "_joint_names", "_num_joints"}
+    )
 
     _asset: Articulation
     _scale: torch.Tensor | float

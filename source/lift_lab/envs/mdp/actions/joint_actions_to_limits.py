@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
@@ -27,6 +27,8 @@ __all__ = [
 
 class JointPositionToLimitsAction(ActionTerm):
     """Scale and clip the action, cut it to [-1, 1] and map that onto the joints' soft position limits."""
+
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_joint_ids", "_joint_names", "_num_joints"})
 
     _asset: Articulation
 
