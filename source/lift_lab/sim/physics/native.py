@@ -21,7 +21,7 @@ from mujoco.batch import Batch, SimulationError
 from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils.errors import ConfigError, PhysicsError
 
-from .base import Health, Physics, silence
+from .base import Health, silence
 from .data_fields import (
     FRAME_FIELDS,
     FRAME_MODEL_FIELDS,
@@ -35,6 +35,7 @@ from .data_fields import (
 from .memory import check_fits, native_bytes
 from .native_arrays import Frames, Mirror, lossy
 from .rows import broadcast_rows, ids_tensor
+from .saved_physics import SavedPhysics
 
 if TYPE_CHECKING:
     from lift_lab.sim.simulation_cfg import SimulationCfg
@@ -63,7 +64,7 @@ _CLEARLY_HEALTHY = 0.99 * MAX_VALUE
 _ALL = slice(None)
 
 
-class NativePhysics(Physics):
+class NativePhysics(SavedPhysics):
     """MuJoCo on a thread pool; see :class:`Physics` for the interface.
 
     After step(), position-dependent fields and sensors, and velocity-dependent ones once any is bound, belong

@@ -13,7 +13,7 @@ import logging
 import time
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import mujoco_warp as mjw
@@ -24,11 +24,13 @@ import warp as wp
 from lift_lab.sim.ignored import note_ignored
 from lift_lab.utils.errors import ConfigError, NotFoundError, PhysicsError
 
-from .base import Health, Physics, silence
+from .base import Health, silence
 from .data_fields import MAX_VALUE, STATE_FIELDS, Stage, sensor_stages
 from .memory import check_fits, warp_bytes
 from .model_fields import RANDOMIZABLE_FIELDS, fixed_geoms, words
+from .refresh_plan import RefreshPlan
 from .rows import broadcast_rows, ids_tensor
+from .saved_physics import SavedPhysics
 from .sizing import estimate_sizes
 from .warp_kernels import find_failures, keep_columns, place_fixed_geoms, say_when_compiling, zero_rows
 
@@ -67,25 +69,8 @@ _DERIVED_CONSTANTS = words(
 _DERIVED_FROM_SIZE = ("geom_aabb", "geom_rbound")
 """Model fields that recompute_constants() writes too where `geom_size` differs between environments."""
 
-_COLLISION_SENSORS = (
-    mujoco.mjtSensor.mjSENS_CONTACT,
-    mujoco.mjtSensor.mjSENS_GEOMDIST,
-    mujoco.mjtSensor.mjSENS_GEOMNORMAL,
-    mujoco.mjtSensor.mjSENS_GEOMFROMTO,
-)
 
-
-class _Plan(NamedTuple):
-    """What a refresh computes besides the position kinematics; it decides which graph is launched."""
-
-    velocity: Literal["none", "com", "all"] = "none"
-    """Nothing; `cvel` and `cdof_dot` alone, which is one kernel and not ten; all that depends on velocity."""
-    sensors: bool = False
-    collision: bool = False
-    """Some sensor in use needs contacts at the new state."""
-
-
-class WarpPhysics(Physics):
+class WarpPhysics(SavedPhysics):
     """MuJoCo-Warp; see :class:`Physics` for the interface.
 
     After step() fields belong to the same states as on the native engine: positions (and velocities, once any
@@ -169,7 +154,7 @@ class WarpPhysics(Physics):
         self._overflow_bits = wp.to_torch(self._d.overflow)  # what the engine has counted since the last look
         self._fields: dict[str, torch.Tensor] = {}
         self._stages: dict[str, Stage] = {}
-        self._plan = _Plan()
+        self._plan = RefreshPlan()
         self._randomized: dict[str, torch.Tensor] = {}
         self._graphs: dict[Hashable, wp.Graph] = {}
         # without a memory pool the engine's own scratch arrays cannot be captured
@@ -188,7 +173,7 @@ class WarpPhysics(Physics):
             stage = self._field_stage(name)
             self._fields[name] = self._state_tensor(name)
             self._stages[name] = stage
-            self._plan = self._make_plan()
+            self._plan = RefreshPlan.of(self._stages, self.model)
             if stage == Stage.ACC and self._fields[name].numel():
                 self._force_rows[name] = wp.from_torch(self._fields[name].view(self.num_envs, -1))
             if stage == Stage.ACC or (name == "sensordata" and Stage.ACC in sensor_stages(self.model)):
@@ -318,18 +303,6 @@ class WarpPhysics(Physics):
                 inputs=[self._force_sensors, self._sensor_saved],
                 outputs=[d.sensordata],
             )
-
-    def _make_plan(self) -> _Plan:
-        """The least work that keeps the bound fields current."""
-        velocities = {name for name, stage in self._stages.items() if stage == Stage.VEL}
-        sensors = "sensordata" in self._stages
-        kinds = [int(k) for k in _COLLISION_SENSORS]
-        collision = np.isin(self.model.sensor_type, kinds) & (self.model.sensor_needstage < int(Stage.ACC))
-        return _Plan(
-            velocity="none" if not velocities else "com" if velocities <= {"cvel", "cdof_dot"} else "all",
-            sensors=sensors,
-            collision=sensors and bool(collision.any()),
-        )
 
     # -- model
 
