@@ -231,10 +231,10 @@ class ManagerBase(ABC, Stateful):
         raise NotImplementedError(f"{type(self).__name__} keeps no value for each environment")
 
     def _put_term_cfg(self, term_name: str, term_cfg: Any) -> None:
-        """Put a term's new config in the place of the old one in :attr:`cfg`."""
-        if isinstance(self.cfg, dict):
+        """Put a term's new config in the place of the old one in :attr:`cfg`, if it is from there."""
+        if isinstance(self.cfg, dict) and term_name in self.cfg:
             self.cfg[term_name] = term_cfg
-        else:
+        elif hasattr(self.cfg, term_name):
             setattr(self.cfg, term_name, term_cfg)
 
     def _owner(self, term_name: str) -> str:

@@ -73,7 +73,7 @@ class Stateless:
 
 def attributes_of(value: Any) -> dict[str, Any]:
     """Attributes of an object: those in its dictionary and those in slots."""
-    found: Any = object.__getstate__(value)  # type: ignore[attr-defined]
+    found: Any = object.__getstate__(value)
     plain, slots = found if isinstance(found, tuple) else (found, None)
     return (plain or {}) | (slots or {})
 

@@ -350,12 +350,11 @@ class StateReader:
             if not _same_bytes(live, saved):
                 self._actions.append(lambda: copy_into(live, saved))
             return live
-        if device is None:
-            device = live.device if isinstance(live, torch.Tensor) else self._device
+        where = device or (live.device if isinstance(live, torch.Tensor) else self._device)
         if not address:
-            return torch.empty_like(saved, device=device)
+            return torch.empty_like(saved, device=where)
         if address not in self._live_of_saved:
-            self._live_of_saved[address] = bytes_of(source).to(device, copy=True).untyped_storage()
+            self._live_of_saved[address] = bytes_of(source).to(where, copy=True).untyped_storage()
         made = view_of(self._live_of_saved[address], saved, self._live_of_saved[address].device)
         self._actions.append(lambda: copy_into(made, saved))
         return made

@@ -243,11 +243,11 @@ def _array_node(value: np.ndarray) -> tuple:
 def bytes_of(storage: torch.UntypedStorage) -> torch.Tensor:
     """A storage as a tensor of bytes on the same memory."""
     with torch.inference_mode(False):
-        return torch.empty(0, dtype=torch.uint8, device=storage.device).set_(storage)  # type: ignore[call-overload]
+        return torch.empty(0, dtype=torch.uint8, device=storage.device).set_(storage)
 
 
 def view_of(storage: torch.UntypedStorage, like: torch.Tensor, device: Any) -> torch.Tensor:
     """A tensor on a storage with type, shape and place in memory of another one."""
     with torch.inference_mode(False):
         empty = torch.empty(0, dtype=like.dtype, device=device)
-        return empty.set_(storage, like.storage_offset(), like.shape, like.stride())  # type: ignore[call-overload]
+        return empty.set_(storage, like.storage_offset(), like.shape, like.stride())
