@@ -23,6 +23,7 @@ MODULES = (
     "lift_lab.utils.debug_vis",
     "lift_lab.utils.modifiers",
     "lift_lab.utils.noise",
+    "lift_lab.utils.saved_state",
 )
 ROWS = [
     [cell.strip() for cell in line.strip("|").split(" | ")]
