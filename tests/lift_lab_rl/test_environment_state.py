@@ -111,6 +111,37 @@ def test_writing_a_state_down_changes_nothing(env):
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
 
 
+def test_the_state_is_made_of_buffers_and_counters_not_of_settings(env):
+    env.reset()
+    run(env, 3)
+    state = env.state_dict()
+
+    def entries(node):
+        if not isinstance(node, (tuple, list, dict)):
+            return 1
+        return sum(entries(item) for item in (node.values() if isinstance(node, dict) else node))
+
+    assert entries(state["objects"]) < 600  # kinds, names and keys among them
+    assert state["settings"] == {}
+    assert state["unsaved"] == []
+    assert not any("cfg" in name for node in state["objects"].values() for name in node[3])
+
+
+def test_a_term_refers_to_the_assets_that_it_holds(env):
+    env.reset()
+    term, robot = env.command_manager.get_term("object_pose"), env.scene["robot"]
+    state = term.state_dict()
+    assert ("same", "scene/robot") in state.values()
+    time_left, target = term.time_left.clone(), robot.data.joint_pos_target.clone()
+    run(env, 2)
+    assert not torch.equal(robot.data.joint_pos_target, target)
+    moved = robot.data.joint_pos_target.clone()
+    term.load_state_dict(state)
+    assert torch.equal(term.time_left, time_left)
+    assert term.robot is robot
+    assert torch.equal(robot.data.joint_pos_target, moved)
+
+
 @pytest.mark.parametrize("shown_first", [True, False])
 def test_a_run_with_markers_goes_on_without_and_the_other_way_round(env, shown_first):
     def show(shown):

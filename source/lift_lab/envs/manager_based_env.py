@@ -23,7 +23,7 @@ from .arguments import action_tensor
 from .common import VecEnvObs
 from .grad_mode import in_any_grad_mode
 from .manager_based_env_cfg import ManagerBasedEnvCfg
-from .state import ChangedSettings, env_state, load_env_state
+from .state import ChangedSettings, env_state, load_env_state, named_objects
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -214,6 +214,9 @@ class ManagerBasedEnv(Stateful):
     def state_parts(self) -> dict[str, Any]:
         saved_by_name = (InteractiveScene, ManagerBase)
         return {name: part for name, part in super().state_parts().items() if not isinstance(part, saved_by_name)}
+
+    def named_objects(self) -> dict[str, Any]:
+        return named_objects(self)
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that the future of the environment depends on, but the global random numbers.

@@ -129,6 +129,9 @@ class ManagerTermBase(Stateful):
     def reset(self, env_ids: EnvIds = None) -> Any:
         """Forget the state of some environments; the base class has none."""
 
+    def named_objects(self) -> dict[str, Any]:
+        return self._env.named_objects()
+
     def scheduled_rewards(self) -> list[str] | None:
         """Of a curriculum term: the reward terms whose weight it changes, None where that may be any."""
         return named_reward(self.cfg)
@@ -190,6 +193,9 @@ class ManagerBase(ABC, Stateful):
     @abstractmethod
     def _prepare_terms(self) -> None:
         """Read the terms from the config."""
+
+    def named_objects(self) -> dict[str, Any]:
+        return self._env.named_objects()
 
     def term_objects(self) -> dict[str, Any]:
         """The terms that are objects, which have a state of their own, by name."""

@@ -48,11 +48,16 @@ class Stateful:
     def on_state_loaded(self) -> None:
         """Forget what was computed from the state before this one was loaded."""
 
+    def named_objects(self) -> dict[str, Any]:
+        """Objects that are saved under names of their own, by name: where this one holds them, it refers to them."""
+        return {}
+
     def state_dict(self) -> dict[str, Any]:
         """The state as copies on the CPU: tensors and plain values."""
         from .state_writer import StateWriter
 
-        return StateWriter().parts(self, "")
+        known = {id(value): name for name, value in self.named_objects().items()}
+        return StateWriter(known=known).parts(self, "")
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Continue from a state of :meth:`state_dict`.
@@ -62,7 +67,7 @@ class Stateful:
         """
         from .state_reader import StateReader
 
-        reader = StateReader()
+        reader = StateReader(known=self.named_objects())
         reader.plan(self, ("object", type(self).__qualname__, self.state_version, state), "")
         reader.apply()
 
