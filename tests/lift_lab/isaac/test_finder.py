@@ -7,6 +7,7 @@ import importlib.util
 import pickle
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,15 @@ def test_a_module_has_every_name_of_its_row(module):
             home = importlib.import_module(scope[name].__module__)
             assert getattr(home, name) is scope[name]
             assert "isaac" not in home.__name__
+
+
+@pytest.mark.parametrize("module", ["sensors", "assets", "terrains", "sim.spawners", "envs", "envs.mdp"])
+def test_a_star_import_of_a_real_package_brings_its_names_and_no_helper(module):
+    scope: dict = {}
+    exec(f"from lift_lab.{module} import *", scope)
+    modules = {name for name, value in scope.items() if isinstance(value, types.ModuleType)}
+    assert modules <= {"mdp", "patterns"}  # Isaac Lab exports these two
+    assert not {"attributes_of", "TYPE_CHECKING", "annotations"} & scope.keys()
 
 
 def test_the_table_lists_nothing_that_a_file_defines():
