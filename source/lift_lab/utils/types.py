@@ -1,4 +1,4 @@
-"""Small data types shared between rooms."""
+"""Small data types that several packages share."""
 
 from __future__ import annotations
 
