@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from itertools import pairwise
 from pathlib import Path
 
@@ -51,23 +52,27 @@ ENGINE_NAMES = {"native", "warp"}
 TASK_WORDS = {"lift", "lifting", "cube", "franka", "panda", "cabinet", "sektion", "cartpole", "object_pose"}
 """Words of tasks and robots, which the framework does not know."""
 
+FRAMEWORK = {"lift_lab", "lift_lab_rl"}
+
 SHAPE_WORDS = {"lift_lab.usd": {"cube"}, "lift_lab.sim.spawners": {"cube"}}
 """In these packages a cube is a shape of USD."""
 
-KNOWN_ENGINE_NAMES = {
-    "lift_lab.utils.state_writer",
-}
-"""Modules that still name an engine. The list only becomes shorter."""
+PYTHON_PACKAGE_NAMES = {"lift_lab.utils.state_writer"}
+"""In these modules ``warp`` is the Python package."""
 
-KNOWN_TASK_WORDS = {
-    "lift_lab.app.cli",
-    "lift_lab.envs.mdp.curriculums",
-    "lift_lab_rl.study.paper",
-}
-"""Modules that still have words of a task. The list only becomes shorter."""
+PUBLIC = {"os._exit"}
+"""Documented names that begin with an underscore."""
 
-PRIVATE_ACCESSES = 110
-"""How often a module uses a private attribute of an object of another one. The limit only becomes lower."""
+PRIVATE_ACCESSES = {
+    "_version": "torch counts the writes into a tensor and has no public name for the count",
+    "_foreach_add_": "one call for many tensors; torch's optimizers do the same",
+    "_foreach_copy_": "the same",
+    "_foreach_mul_": "the same",
+}
+"""Private attributes that a module may use of an object of another one, and why."""
+
+MOST_PRIVATE_ACCESSES = 8
+"""How often they are used. The limit only becomes lower."""
 
 
 @cache
@@ -91,6 +96,10 @@ def layer_of(module: str) -> int | None:
 
 def imports(module: str, path: Path, for_types_too: bool = False) -> Iterator[str]:
     """Modules and names that a module imports when it is executed, and on request those for annotations alone."""
+    return _imports(module, tree_of(path), for_types_too)
+
+
+def _imports(module: str, tree: ast.Module, for_types_too: bool) -> Iterator[str]:
     package = module.split(".")[:-1]
 
     def visit(node: ast.AST) -> Iterator[str]:
@@ -106,7 +115,11 @@ def imports(module: str, path: Path, for_types_too: bool = False) -> Iterator[st
         for child in ast.iter_child_nodes(node):
             yield from visit(child)
 
-    return visit(tree_of(path))
+    return visit(tree)
+
+
+TOP_LEVEL = (ast.Import, ast.ImportFrom, ast.If, ast.Try)
+"""Statements with which a module imports when it is imported itself."""
 
 
 def is_private(name: str) -> bool:
@@ -131,6 +144,17 @@ def test_imports_run_downward_only():
             if other is not None and other > height:
                 wrong.append(f"{own} imports {module}")
     assert not wrong
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Imports inside of functions and for annotations are left out."""
+    names = {own.removesuffix(".__init__") for own, _ in modules()}
+    graph = {}
+    for own, path in modules():
+        top = ast.Module([node for node in tree_of(path).body if isinstance(node, TOP_LEVEL)], [])
+        found = {module for module in _imports(own, top, False) if module in names}
+        graph[own.removesuffix(".__init__")] = {m for m in found if not f"{own}.".startswith(f"{m}.")}
+    TopologicalSorter(graph).prepare()  # raises a CycleError that names a circle
 
 
 @pytest.mark.parametrize(
@@ -216,17 +240,17 @@ def words(text: str) -> set[str]:
 
 
 def test_no_module_above_the_engines_knows_one_by_name():
-    named, imported = set(), []
+    named, imported = [], []
     for own, path in modules():
         if is_in(own, {ENGINES, ENGINE_TABLE}):
             continue
-        if any(text.value in ENGINE_NAMES for text in strings(tree_of(path))):
-            named.add(own)
+        if own not in PYTHON_PACKAGE_NAMES and any(text.value in ENGINE_NAMES for text in strings(tree_of(path))):
+            named.append(own)
         for module in imports(own, path, for_types_too=True):
             name = module.removeprefix(f"{ENGINES}.").split(".")[0]
             if module.startswith(f"{ENGINES}.") and name.startswith(tuple(ENGINE_NAMES)):
                 imported.append(f"{own} imports {module}")
-    assert named <= KNOWN_ENGINE_NAMES
+    assert not named
     assert not imported
 
 
@@ -234,7 +258,7 @@ def test_the_framework_has_no_words_of_a_task():
     """Examples in docstrings and comments may be of a task; identifiers and texts may not."""
     wrong = {}
     for own, path in modules():
-        if is_in(own, {"lift_lab", "lift_lab_rl"}) and own not in KNOWN_TASK_WORDS:
+        if is_in(own, FRAMEWORK):
             allowed = set().union(*(known for package, known in SHAPE_WORDS.items() if is_in(own, {package})))
             texts = [*identifiers(tree_of(path)), *(str(text.value) for text in strings(tree_of(path)))]
             if found := set().union(*map(words, texts)) & TASK_WORDS - allowed:
@@ -275,13 +299,19 @@ def private_accesses(tree: ast.Module) -> list[str]:
     return [
         ast.unparse(node)
         for node in attributes
-        if is_private(node.attr) and node.attr not in own and not _is_self(node.value)
+        if is_private(node.attr)
+        and node.attr not in own
+        and not _is_self(node.value)
+        and ast.unparse(node) not in PUBLIC
     ]
 
 
 def test_private_attributes_are_used_by_their_own_module():
-    found = [f"{own}: {access}" for own, path in modules() for access in private_accesses(tree_of(path))]
-    assert len(found) <= PRIVATE_ACCESSES, found
+    found = [(own, access) for own, path in modules() for access in private_accesses(tree_of(path))]
+    names = [access.rpartition(".")[2] for _, access in found]
+    assert not [place for place, name in zip(found, names, strict=True) if name not in PRIVATE_ACCESSES]
+    assert set(PRIVATE_ACCESSES) == set(names), "a name that is no longer used leaves the list"
+    assert len(found) <= MOST_PRIVATE_ACCESSES, found
 
 
 def test_the_rules_find_what_they_are_for():

@@ -21,7 +21,7 @@ from typing import Any
 import torch
 
 from lift_lab.envs import mdp
-from lift_lab.managers import EventTermCfg, SceneEntityCfg
+from lift_lab.managers import ActionTermCfg, EventTermCfg, SceneEntityCfg
 from lift_lab.utils.errors import ConfigError, suggest
 
 _PREFIX = "perturbed_"
@@ -131,7 +131,7 @@ def _perturb_delay(env_cfg: Any, delay_s: float, _: str) -> None:
         )
     terms = env_cfg.actions if isinstance(env_cfg.actions, dict) else vars(env_cfg.actions)
     for name, term in terms.items():
-        if substeps and hasattr(term, "class_type"):
+        if substeps and isinstance(term, ActionTermCfg):
             if not term.class_type.constant_over_substeps:
                 raise ConfigError(
                     f"perturbation 'delay': action '{name}' ({term.class_type.__name__}) reads the state at every "

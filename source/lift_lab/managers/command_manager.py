@@ -101,6 +101,11 @@ class CommandTerm(DebugVisTerm, ABC):
             return None
         return (self.time_left <= dt) & ~ended if self.cfg.resampling_time_range[0] > dt else None
 
+    def resample(self, env_ids: torch.Tensor) -> None:
+        """Draw the commands of some environments now, given as a LongTensor, and update all of them."""
+        self._resample(env_ids)
+        self._update_command()
+
     def _resample(self, env_ids: torch.Tensor) -> None:
         """Draw timer and command of some environments."""
         if len(env_ids) > 0:

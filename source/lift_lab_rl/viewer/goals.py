@@ -72,8 +72,7 @@ class GoalControl:
     def _draw(self) -> None:
         for name in dict.fromkeys(goal.term for goal in self.ranges):
             term = self._manager.get_term(name)
-            term._resample(torch.arange(term.num_envs, device=term.device))
-            term._update_command()
+            term.resample(torch.arange(term.num_envs, device=term.device))
 
 
 def _is_range(value: Any) -> bool:
