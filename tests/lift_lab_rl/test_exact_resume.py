@@ -14,8 +14,8 @@ import torch
 import lift_lab_tasks  # noqa: F401
 from lift_lab.managers import RewardTermCfg
 from lift_lab_rl.files import load_torch, save_torch
+from lift_lab_rl.fingerprint import Fingerprint
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
-from lift_lab_rl.settings import Settings
 from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
 from lift_lab_tasks.utils.runs import fingerprint
@@ -341,7 +341,7 @@ def test_settings_that_do_not_matter_are_left_out_and_others_are_named():
         load_cfg_from_registry("Cartpole", "rsl_rl_cfg_entry_point"),
     )
     before = fingerprint(env_cfg, agent_cfg)
-    assert isinstance(before, Settings)
+    assert isinstance(before, Fingerprint)
     env_cfg.sim.num_threads, env_cfg.log_dir, agent_cfg.max_iterations = 7, "elsewhere", 9999
     env_cfg.viewer.eye = (1.0, 2.0, 3.0)
     assert fingerprint(env_cfg, agent_cfg).difference(before.values) is None

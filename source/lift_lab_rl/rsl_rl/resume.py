@@ -18,8 +18,8 @@ from lift_lab.utils.errors import ConfigError, FileError, LiftLabError, StateMis
 from lift_lab_rl import distributed
 from lift_lab_rl.counters import manager_env
 from lift_lab_rl.files import load_torch, write_atomically
+from lift_lab_rl.fingerprint import Fingerprint
 from lift_lab_rl.random_state import check_rng_state, load_rng_state, rng_state
-from lift_lab_rl.settings import Settings
 from lift_lab_rl.wrapper_state import plan_wrapper_states, wrapper_states
 
 from .best_policy import BEST
@@ -127,8 +127,8 @@ def _forget_rollout(runner: LiftLabRunner) -> None:
     alg.transition.clear()
 
 
-def _saved_form(fingerprint: str | Settings) -> Any:
-    return dict(fingerprint.values) if isinstance(fingerprint, Settings) else fingerprint
+def _saved_form(fingerprint: str | Fingerprint) -> Any:
+    return dict(fingerprint.values) if isinstance(fingerprint, Fingerprint) else fingerprint
 
 
 def _note_unsaved(runner: LiftLabRunner, unsaved: list[str]) -> None:
@@ -169,10 +169,10 @@ def _read_state(runner: LiftLabRunner, path: Path) -> tuple[dict[str, Any], str 
     return state, None
 
 
-def _difference(ours: str | Settings, saved: Any) -> str | None:
+def _difference(ours: str | Fingerprint, saved: Any) -> str | None:
     """How the configuration of a saved run differs from ours; None if it does not."""
     differs = "the configuration differs from the saved run's"
-    if isinstance(ours, Settings) and isinstance(saved, dict):
+    if isinstance(ours, Fingerprint) and isinstance(saved, dict):
         if not all(isinstance(text, str) for text in (*saved, *saved.values())):
             return differs
         first = ours.difference(saved)

@@ -25,7 +25,7 @@ from lift_lab.app import output
 from lift_lab.utils.errors import FileError
 from lift_lab_rl import distributed
 from lift_lab_rl.files import canonical, save_torch
-from lift_lab_rl.settings import Settings
+from lift_lab_rl.fingerprint import Fingerprint
 from lift_lab_rl.stop_signals import StopSignals
 from lift_lab_rl.threads import use_one_torch_thread
 
@@ -77,7 +77,7 @@ class LiftLabRunner:
         train_cfg: dict[str, Any],
         log_dir: str | Path | None = None,
         device: str = "cpu",
-        fingerprint: str | Settings = "",
+        fingerprint: str | Fingerprint = "",
         place: distributed.Place | None = None,
     ):
         """Build algorithm and logger.
@@ -364,7 +364,7 @@ class LiftLabRunner:
         export_policy_as_onnx(self.alg.get_policy(), path, None, filename, verbose)
 
 
-def _with_processes(fingerprint: str | Settings, place: distributed.Place) -> str | Settings:
+def _with_processes(fingerprint: str | Fingerprint, place: distributed.Place) -> str | Fingerprint:
     """A fingerprint that also tells how many processes train."""
     if not place.is_distributed:
         return fingerprint

@@ -15,8 +15,8 @@ from typing import Any
 from lift_lab.utils.errors import ConfigError, FileError, quote, suggest
 from lift_lab.utils.io import remove_dead_temporaries
 from lift_lab_assets.files import PRETRAINED_DIR
+from lift_lab_rl.fingerprint import Fingerprint
 from lift_lab_rl.run_params import read_params
-from lift_lab_rl.settings import Settings
 
 from .parse_cfg import get_checkpoint_path
 
@@ -323,7 +323,7 @@ def note_annealing(agent_cfg: Any, given: Callable[[str], bool], say: Callable[[
             )
 
 
-def fingerprint(env_cfg: Any, agent_cfg: Any) -> Settings:
+def fingerprint(env_cfg: Any, agent_cfg: Any) -> Fingerprint:
     """Everything in the configurations that a result depends on."""
     leave_out = [f"{part}.{name}" for part, names in _NO_MATTER.items() for name in names]
-    return Settings.of({"env": env_cfg, "agent": agent_cfg}, leave_out)
+    return Fingerprint.of({"env": env_cfg, "agent": agent_cfg}, leave_out)

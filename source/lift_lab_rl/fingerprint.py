@@ -12,7 +12,7 @@ from lift_lab.utils import class_to_dict
 
 
 @dataclasses.dataclass(frozen=True)
-class Settings:
+class Fingerprint:
     """Everything in configurations that a result depends on."""
 
     values: dict[str, str]
@@ -21,7 +21,7 @@ class Settings:
     """Paths of the values that are the default of their field."""
 
     @classmethod
-    def of(cls, configs: Mapping[str, Any], leave_out: Iterable[str] = ()) -> Settings:
+    def of(cls, configs: Mapping[str, Any], leave_out: Iterable[str] = ()) -> Fingerprint:
         """Collect the settings of configurations.
 
         Args:
@@ -35,9 +35,9 @@ class Settings:
             _collect(name, config, False, values, at_default, left_out)
         return cls(values, frozenset(at_default))
 
-    def with_value(self, path: str, value: Any) -> Settings:
+    def with_value(self, path: str, value: Any) -> Fingerprint:
         """These settings and one more."""
-        return Settings({**self.values, path: _text(value)}, self.at_default)
+        return Fingerprint({**self.values, path: _text(value)}, self.at_default)
 
     def difference(self, saved: Mapping[str, str]) -> str | None:
         """Say in which setting another run was different.
