@@ -39,6 +39,14 @@ cli.run(main)
 """
 
 
+@pytest.fixture(autouse=True)
+def sighup_counts():
+    """A signal that ``nohup`` has the tests ignore would be ignored by the scripts, too."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.fixture
 def start(tmp_path):
     """Starts the script with given streams; ends it after the test."""
