@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from lift_lab.sim.spawners.spawner_cfg import SpawnerCfg
 from lift_lab.utils import MISSING, ConfigBase, configclass
@@ -35,7 +35,7 @@ class AssetBaseCfg(ConfigBase):
     """Isaac Lab's prim path. ``{ENV_REGEX_NS}`` stands for the environment; the last part names the prim."""
     spawn: SpawnerCfg | None = None
     """What is spawned."""
-    init_state: Any = InitialStateCfg()
+    init_state: Annotated[Any, InitialStateCfg] = InitialStateCfg()
     collision_group: Literal[0, -1] = 0
     """Isaac Lab's collision group. Environments never collide here."""
     debug_vis: bool = False

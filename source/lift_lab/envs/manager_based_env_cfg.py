@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from lift_lab.managers import EventTermCfg, RecorderManagerBaseCfg
+from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.sim import SimulationCfg
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
@@ -38,15 +39,15 @@ class ManagerBasedEnvCfg(ConfigBase):
     """Seed of all random numbers; None leaves them unseeded, and runs differ."""
     decimation: int = MISSING
     """Physics steps in an environment step."""
-    scene: Any = MISSING
+    scene: Annotated[Any, InteractiveSceneCfg] = MISSING
     """The scene."""
-    recorders: Any = RecorderManagerBaseCfg()
+    recorders: Annotated[Any, object] = RecorderManagerBaseCfg()
     """Recorder terms; by default nothing is recorded."""
-    observations: Any = MISSING
+    observations: Annotated[Any, object] = MISSING
     """Observation groups."""
-    actions: Any = MISSING
+    actions: Annotated[Any, object] = MISSING
     """Action terms."""
-    events: Any = DefaultEventManagerCfg()
+    events: Annotated[Any, object] = DefaultEventManagerCfg()
     """Event terms; by default a reset puts everything into its default state."""
     rerender_on_reset: bool = False
     """Isaac Lab's switch for rendered sensors. Ignored: there are none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from lift_lab.utils import MISSING, configclass
 from lift_lab.utils.ranges import POSITIVE, Ranges
@@ -23,15 +23,15 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     bootstrap the value of the state that they cut short. Read by the learner's wrapper."""
     episode_length_s: float = MISSING
     """Length of an episode in s; it takes ceil(length / (decimation * sim.dt)) steps."""
-    rewards: Any = MISSING
+    rewards: Annotated[Any, object] = MISSING
     """Reward terms."""
-    terminations: Any = MISSING
+    terminations: Annotated[Any, object] = MISSING
     """Termination terms."""
-    curriculum: Any = None
+    curriculum: Annotated[Any, object | None] = None
     """Curriculum terms."""
-    commands: Any = None
+    commands: Annotated[Any, object | None] = None
     """Command terms."""
-    metrics: Any = None
+    metrics: Annotated[Any, object | None] = None
     """Metrics terms."""
 
     _ranges: ClassVar[Ranges] = {"episode_length_s": POSITIVE}

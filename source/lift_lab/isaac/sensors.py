@@ -1,6 +1,6 @@
 """Cameras and ray casters."""
 
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from lift_lab.markers import RAY_CASTER_MARKER_CFG, VisualizationMarkersCfg
 from lift_lab.sensors.sensor_base import SensorBase
@@ -10,7 +10,7 @@ from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, POSITIVE_OR_INF,
 
 from . import patterns
 from .finder import place
-from .patterns import PinholeCameraPatternCfg
+from .patterns import PatternBaseCfg, PinholeCameraPatternCfg
 from .refused import Refused
 from .spawners import FisheyeCameraCfg, PinholeCameraCfg
 from .table import CAMERAS, RAY_CASTERS
@@ -102,11 +102,11 @@ class RayCasterCfg(SensorBaseCfg):
         _ranges: ClassVar[Ranges] = {"pos rot": FINITE}
 
     class_type: type = RayCaster
-    mesh_prim_paths: Any = MISSING
-    offset: Any = OffsetCfg()
+    mesh_prim_paths: Annotated[Any, list[str]] = MISSING
+    offset: Annotated[Any, OffsetCfg] = OffsetCfg()
     attach_yaw_only: bool | None = None
     ray_alignment: Literal["base", "yaw", "world"] = "base"
-    pattern_cfg: Any = MISSING
+    pattern_cfg: Annotated[Any, PatternBaseCfg] = MISSING
     max_distance: float = 1e6
     drift_range: tuple[float, float] = (0.0, 0.0)
     ray_cast_drift_range: dict[str, tuple[float, float]] = {"x": (0.0, 0.0), "y": (0.0, 0.0), "z": (0.0, 0.0)}

@@ -1,7 +1,7 @@
 """Camera prims, files other than USD, and assets that differ between environments."""
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Literal, NoReturn
+from typing import Annotated, Any, ClassVar, Literal, NoReturn
 
 from lift_lab.sim.spawners.from_files import FileCfg, UsdFileCfg
 from lift_lab.sim.spawners.spawner_cfg import DeformableObjectSpawnerCfg, RigidObjectSpawnerCfg, SpawnerCfg
@@ -62,7 +62,7 @@ class PinholeCameraCfg(SpawnerCfg):
     """A pinhole camera (lengths in tenths of a scene unit, as USD has them)."""
 
     func: Callable = spawn_camera
-    projection_type: Any = "pinhole"
+    projection_type: Annotated[Any, str] = "pinhole"
     clipping_range: tuple[float, float] = (0.01, 1e6)
     focal_length: float = 24.0
     focus_distance: float = 400.0
@@ -112,7 +112,7 @@ class MultiUsdFileCfg(UsdFileCfg):
     """One of some USD files for each environment."""
 
     func: Callable = spawn_multi_usd_file
-    usd_path: Any = MISSING
+    usd_path: Annotated[Any, str | list[str]] = MISSING
     random_choice: bool = True
 
 

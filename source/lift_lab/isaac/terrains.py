@@ -1,7 +1,7 @@
 """Generated terrains. Lengths in m."""
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Literal, NoReturn
+from typing import Annotated, Any, ClassVar, Literal, NoReturn
 
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.ranges import (
@@ -327,8 +327,8 @@ class MeshRepeatedObjectsTerrainCfg(SubTerrainBaseCfg):
         _ranges: ClassVar[Ranges] = {"num_objects": COUNT, "height": POSITIVE}
 
     object_type: Literal["cylinder", "box", "cone"] | Callable[..., Any] = MISSING
-    object_params_start: Any = MISSING
-    object_params_end: Any = MISSING
+    object_params_start: Annotated[Any, ObjectCfg] = MISSING
+    object_params_end: Annotated[Any, ObjectCfg] = MISSING
     max_height_noise: float | None = None
     abs_height_noise: tuple[float, float] = (0.0, 0.0)
     rel_height_noise: tuple[float, float] = (1.0, 1.0)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 from weakref import WeakKeyDictionary
 
 import torch
 
 from lift_lab.drawing.shapes import Primitive
-from lift_lab.sim import SimulationContext
+from lift_lab.sim import SimulationContext, SpawnerCfg
 from lift_lab.utils import MISSING, ConfigBase, configclass
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.saved_state import Stateless
@@ -25,7 +25,7 @@ class VisualizationMarkersCfg(ConfigBase):
 
     prim_path: str = MISSING
     """Isaac Lab's prim path of the markers. A label here."""
-    markers: dict[str, Any] = MISSING
+    markers: Annotated[Any, dict[str, SpawnerCfg]] = MISSING
     """Marker name -> its shape."""
 
 

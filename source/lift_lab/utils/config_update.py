@@ -17,7 +17,7 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING
 from pathlib import PurePath
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 import torch
@@ -220,14 +220,19 @@ def field_hints(cls: type) -> dict[str, Any]:
 
 
 def resolve_hint(annotation: Any, owner: type) -> Any:
-    """An annotation as a type, evaluated in the class that wrote it; None where that is impossible."""
-    if not isinstance(annotation, str):
-        return annotation
-    module = sys.modules.get(owner.__module__)
-    try:
-        return eval(annotation, vars(module) if module else {}, dict(vars(owner)))
-    except (NameError, AttributeError, TypeError, SyntaxError):
-        return None
+    """An annotation as a type, evaluated in the class that wrote it; None where that is impossible.
+
+    ``Annotated[Any, T]`` is ``T``: a type checker lets sub-classes narrow the field to their own type.
+    """
+    if isinstance(annotation, str):
+        module = sys.modules.get(owner.__module__)
+        try:
+            annotation = eval(annotation, vars(module) if module else {}, dict(vars(owner)))
+        except (NameError, AttributeError, TypeError, SyntaxError):
+            return None
+    if get_origin(annotation) is Annotated and annotation.__origin__ is Any:
+        return annotation.__metadata__[0]
+    return annotation
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:

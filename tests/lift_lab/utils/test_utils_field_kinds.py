@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from lift_lab.assets import Articulation, ArticulationCfg
-from lift_lab.envs import mdp
+from lift_lab.envs import ManagerBasedRLEnvCfg, mdp
 from lift_lab.managers import EventTermCfg, ObservationTermCfg, RewardTermCfg
+from lift_lab.markers import VisualizationMarkersCfg
 from lift_lab.sim import CuboidCfg, SimulationCfg, UsdFileCfg
 from lift_lab.terrains import TerrainImporterCfg
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.field_kinds import kind_problem
 from lift_lab.utils.noise import GaussianNoiseCfg
-from lift_lab.utils.ranges import first_problem
+from lift_lab.utils.ranges import first_problem, may_be_none
 from lift_lab_assets import CARTPOLE_CFG
 from lift_lab_rl.rsl_rl import RslRlPpoAlgorithmCfg
 
@@ -37,10 +38,19 @@ class MyArticulation(Articulation):
         (ObservationTermCfg, "noise", (0, 1), "it needs a NoiseCfg or NoiseModelCfg"),
         (RslRlPpoAlgorithmCfg, "rnd_cfg", "yes", "it needs a RslRlRndCfg"),
         (RewardTermCfg, "params", "weight", "it needs a dictionary"),
+        (ManagerBasedRLEnvCfg, "scene", NUMBER, "it needs a InteractiveSceneCfg"),
+        (ManagerBasedRLEnvCfg, "rewards", NUMBER, "it needs a configuration"),
+        (ArticulationCfg, "init_state", NUMBER, "it needs a InitialStateCfg"),
+        (VisualizationMarkersCfg, "markers", {"frame": NUMBER}, "x.frame is 5; it needs a SpawnerCfg"),
     ],
 )
 def test_what_cannot_be_meant_is_named(cls, name, value, needs):
     assert needs in kind_problem(cls, name, "x", value)
+
+
+@pytest.mark.parametrize("name", ["scene", "sim", "viewer"])
+def test_what_an_environment_needs_may_not_be_null(name):
+    assert not may_be_none(ManagerBasedRLEnvCfg, name)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ fills in what is MISSING here.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg, DeformableObjectCfg, RigidObjectCfg
@@ -189,7 +189,7 @@ class LiftEnvCfg(ManagerBasedRLEnvCfg):
     rewards: RewardsCfg = RewardsCfg()
     metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
-    events: Any = EventCfg()
+    events: Annotated[Any, EventCfg] = EventCfg()
 
     def __post_init__(self):
         self.decimation = 4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from lift_lab.assets import RigidObjectCfg
 from lift_lab.managers import CurriculumTermCfg as CurrTerm
@@ -34,7 +34,7 @@ class ExplorationCfg:
 class FrankaCubeLiftEnvCfg(LiftEnvCfg):
     """``Lift-Cube-Franka``: the baseline, with penalties of constant weight."""
 
-    curriculum: Any = ExplorationCfg()
+    curriculum: Annotated[Any, ExplorationCfg] = ExplorationCfg()
 
     def __post_init__(self):
         super().__post_init__()
