@@ -47,7 +47,7 @@ def env_state(env: ManagerBasedEnv) -> dict[str, Any]:
             for path, value in objects.items()
         },
         "settings": env.changed_settings.state_dict(),
-        "unsaved": writer.unsaved,
+        "unsaved": [*writer.unsaved, *env.changed_settings.unsaved()],
     }
 
 
@@ -93,6 +93,13 @@ class ChangedSettings:
         """
         self._configs = configs
         self._before = {path: _copy(value) for path, value in self._values().items()}
+        self._functions = {path: value for path, _, _, value in _settings(configs(), callable)}
+
+    def unsaved(self) -> list[str]:
+        """Path and type of every function or class that was replaced: a file cannot name it."""
+        now = {path: value for path, _, _, value in _settings(self._configs(), callable)}
+        changed = [path for path, value in now.items() if self._functions.get(path) is not value]
+        return [f"{path} ({type(now[path]).__name__})" for path in changed]
 
     def state_dict(self) -> dict[str, Any]:
         """Values that have changed, by path."""
@@ -142,8 +149,14 @@ class ChangedSettings:
         return type(value) is not type(before) or repr(value) != repr(before)  # also NaN
 
 
-def _settings(value: Any, path: str = "") -> Iterator[tuple[str, Any, Any, Any]]:
-    """Path, holder, key and value of the numbers, texts, tuples and tensors in configurations."""
+def _is_value(entry: Any) -> bool:
+    return entry is None or isinstance(entry, (bool, int, float, str, torch.Tensor)) or _is_plain_tuple(entry)
+
+
+def _settings(
+    value: Any, of_kind: Callable[[Any], bool] = _is_value, path: str = ""
+) -> Iterator[tuple[str, Any, Any, Any]]:
+    """Path, holder, key and value of what is of a kind in configurations: numbers, texts, tuples and tensors."""
     if isinstance(value, dict):
         entries: Any = value.items()
     elif isinstance(value, list):
@@ -152,10 +165,10 @@ def _settings(value: Any, path: str = "") -> Iterator[tuple[str, Any, Any, Any]]
         entries = vars(value).items()
     for key, entry in entries:
         inner = f"{path}.{key}" if path else str(key)
-        if entry is None or isinstance(entry, (bool, int, float, str, torch.Tensor)) or _is_plain_tuple(entry):
+        if of_kind(entry):
             yield inner, value, key, entry
         elif isinstance(entry, (dict, list)) or (dataclasses.is_dataclass(entry) and not isinstance(entry, type)):
-            yield from _settings(entry, inner)
+            yield from _settings(entry, of_kind, inner)
 
 
 def _is_plain_tuple(value: Any) -> bool:

@@ -52,6 +52,17 @@ def test_only_settings_that_have_changed_are_in_the_state():
     }
 
 
+def test_a_function_that_was_replaced_is_reported():
+    cfg = Cfg()
+    cfg.params |= {"kernel": torch.exp, "same": torch.tanh, "list": [None]}
+    settings = changed(cfg)
+    assert settings.unsaved() == []
+    cfg.params["kernel"], cfg.params["list"][0] = torch.square, torch.sin
+    kind = type(torch.square).__name__
+    expected = [f"reward_manager.params.kernel ({kind})", f"reward_manager.params.list.0 ({kind})"]
+    assert sorted(settings.unsaved()) == expected
+
+
 def test_changed_settings_come_back_and_all_others_are_as_configured():
     source, other = Cfg(), Cfg()
     settings, others = changed(source), changed(other)
