@@ -222,7 +222,7 @@ def test_a_state_of_another_task_or_number_of_environments_changes_nothing(tmp_p
         (state | {"env": of_lift["env"]}, "physics"),
         (state | {"env": state["env"] | {"num_envs": 3}}, "has 3 environments, this run 8"),
         (state | {"env": state["env"] | {"objects": of_lift["env"]["objects"]}}, "is only in the "),
-        (state | {"env": state["env"] | {"version": 1}}, "has the form of version 1, this is version 4"),
+        (state | {"env": state["env"] | {"version": 1}}, "has the form of version 1, this is version 5"),
     ):
         save_torch(tmp_path / "resume_state_1.pt", changed)
         said = runner.load_resume_state(tmp_path / "model_1.pt")
@@ -241,7 +241,7 @@ def test_a_state_of_another_task_or_number_of_environments_changes_nothing(tmp_p
         (lambda state: state | {"version": 1}, "has the form of version 1, this is version 3"),
         (lambda state: state | {"iteration": 3}, "it is of iteration 3"),
         (lambda state: state | {"env": None}, "it holds no environment"),
-        (lambda state: state | {"env": {"version": 4, "num_envs": 8}}, "the saved state of the physics is not valid"),
+        (lambda state: state | {"env": {"version": 5, "num_envs": 8}}, "the saved state of the physics is not valid"),
         (lambda state: state | {"obs": {}}, "its observation groups are none"),
         (lambda state: state | {"obs": {"policy": torch.zeros(8, 3)}}, "'obs.policy' has to be a tensor of shape"),
         (lambda state: state | {"logger": {}}, "its curves are not those of this version"),

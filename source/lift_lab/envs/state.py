@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from lift_lab.utils.state_writer import StateWriter, saves_itself
 if TYPE_CHECKING:
     from .manager_based_env import ManagerBasedEnv
 
-STATE_VERSION = 4
+STATE_VERSION = 5
 """Version of the form of a saved state."""
 
 
@@ -99,64 +100,75 @@ class ChangedSettings:
         """Path and type of every function or class that was replaced: a file cannot name it."""
         now = {path: value for path, _, _, value in _settings(self._configs(), callable)}
         changed = [path for path, value in now.items() if self._functions.get(path) is not value]
-        return [f"{path} ({type(now[path]).__name__})" for path in changed]
+        return [f"{_text(path)} ({type(now[path]).__name__})" for path in changed]
 
-    def state_dict(self) -> dict[str, Any]:
-        """Values that have changed, by path."""
+    def state_dict(self) -> dict[tuple, Any]:
+        """Values that have changed, by path: a tuple of names, keys and indices."""
         return {path: _copy(value) for path, value in self._values().items() if self._has_changed(path, value)}
 
     def check_state_dict(self, state: Any) -> None:
         """Check that a state can be loaded.
 
         Raises:
-            StateMismatchError: a path is of no configuration here.
+            StateMismatchError: a path is of no configuration here, or not in the same place.
         """
-        if not isinstance(state, dict):
+        if not isinstance(state, dict) or not all(type(path) is tuple and path for path in state):
             raise StateMismatchError("the saved state is not valid: it has no settings")
-        parents = {path.rpartition(".")[0] for path in self._before}
         for path in state:
-            if str(path).rpartition(".")[0] not in parents:
-                raise StateMismatchError(f"the saved state has changed the setting '{path}', which is not there")
+            holder = self._holder(path)
+            indexed = isinstance(holder, list) and path not in self._values()
+            if holder is None or indexed:
+                raise StateMismatchError(f"the saved state has changed the setting '{_text(path)}', which is not there")
 
-    def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Change values to those of a state of :meth:`state_dict`, and all others back."""
-        wanted = {path: self._before[path] for path in self.state_dict() if path in self._before} | state
-        for path, holder, key, value in list(_settings(self._configs())):
-            if path not in wanted:
-                if path not in self._before:
-                    holder.pop(key)  # an entry of a dictionary
-                continue
-            new = wanted.pop(path)
-            if isinstance(value, torch.Tensor) and isinstance(new, torch.Tensor) and value.shape == new.shape:
-                copy_into(value, new)
-            else:
-                _set(holder, key, _copy(new))
-        holders = {path.rpartition(".")[0]: holder for path, holder, _, _ in _settings(self._configs())}
-        for path, new in wanted.items():
-            parent, _, key = path.rpartition(".")
-            _set(holders[parent], key, new)
+    def load_state_dict(self, state: dict[tuple, Any]) -> None:
+        """Change values to those of a state that :meth:`check_state_dict` accepts, and all others back."""
+        wanted = {path: value for path, value in self._before.items() if self._holder(path) is not None} | state
+        for path, holder, key, _ in reversed(list(_settings(self._configs()))):
+            kept = any(path[:length] in wanted for length in range(1, len(path) + 1))
+            if not kept and isinstance(holder, (dict, list)):
+                del holder[key]
+            elif not kept:
+                delattr(holder, key)
+        for path, value in wanted.items():
+            _put(self._holder(path), path[-1], value)
 
-    def _values(self) -> dict[str, Any]:
+    def _holder(self, path: tuple) -> Any:
+        """What holds the value of a path: a dictionary, list or configuration; None if it is not there."""
+        holder: Any = self._configs()
+        for key in path[:-1]:
+            try:
+                holder = holder[key] if isinstance(holder, (dict, list)) else getattr(holder, key)
+            except (KeyError, IndexError, TypeError, AttributeError):
+                return None
+        return holder if isinstance(holder, (dict, list)) or dataclasses.is_dataclass(holder) else None
+
+    def _values(self) -> dict[tuple, Any]:
         return {path: value for path, _, _, value in _settings(self._configs())}
 
-    def _has_changed(self, path: str, value: Any) -> bool:
-        if path not in self._before:
-            return True
-        before = self._before[path]
-        if isinstance(value, torch.Tensor) or isinstance(before, torch.Tensor):
-            same = type(value) is type(before) and value.shape == before.shape
-            return not (same and torch.equal(value.cpu(), before))
-        return type(value) is not type(before) or repr(value) != repr(before)  # also NaN
+    def _has_changed(self, path: tuple, value: Any) -> bool:
+        return path not in self._before or not _same(value, self._before[path])
+
+
+_PLAIN = (type(None), bool, int, float, str)
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a value is a number or text, or a tuple, list or dictionary of nothing else."""
+    if type(value) in (tuple, list):
+        return all(map(_is_plain, value))
+    if type(value) is dict:
+        return all(isinstance(key, _PLAIN) and _is_plain(entry) for key, entry in value.items())
+    return isinstance(value, _PLAIN)
 
 
 def _is_value(entry: Any) -> bool:
-    return entry is None or isinstance(entry, (bool, int, float, str, torch.Tensor)) or _is_plain_tuple(entry)
+    return isinstance(entry, torch.Tensor) or _is_plain(entry)
 
 
 def _settings(
-    value: Any, of_kind: Callable[[Any], bool] = _is_value, path: str = ""
-) -> Iterator[tuple[str, Any, Any, Any]]:
-    """Path, holder, key and value of what is of a kind in configurations: numbers, texts, tuples and tensors."""
+    value: Any, of_kind: Callable[[Any], bool] = _is_value, path: tuple = ()
+) -> Iterator[tuple[tuple, Any, Any, Any]]:
+    """Path, holder, key and value of what is of a kind in configurations: tensors, and what :func:`_is_plain` says."""
     if isinstance(value, dict):
         entries: Any = value.items()
     elif isinstance(value, list):
@@ -164,24 +176,47 @@ def _settings(
     else:
         entries = vars(value).items()
     for key, entry in entries:
-        inner = f"{path}.{key}" if path else str(key)
         if of_kind(entry):
-            yield inner, value, key, entry
+            yield (*path, key), value, key, entry
         elif isinstance(entry, (dict, list)) or (dataclasses.is_dataclass(entry) and not isinstance(entry, type)):
-            yield from _settings(entry, of_kind, inner)
+            yield from _settings(entry, of_kind, (*path, key))
 
 
-def _is_plain_tuple(value: Any) -> bool:
-    plain = (type(None), bool, int, float, str)
-    return type(value) is tuple and all(isinstance(item, plain) or _is_plain_tuple(item) for item in value)
+def _text(path: tuple) -> str:
+    return ".".join(map(str, path))
+
+
+def _same(value: Any, other: Any) -> bool:
+    if isinstance(value, torch.Tensor) or isinstance(other, torch.Tensor):
+        alike = type(value) is type(other) and value.shape == other.shape
+        return alike and torch.equal(value.cpu(), other.cpu())
+    return type(value) is type(other) and repr(value) == repr(other)  # also NaN
 
 
 def _copy(value: Any) -> Any:
-    return value.detach().cpu().clone() if isinstance(value, torch.Tensor) else value
+    """A copy of a value, a tensor's on the CPU."""
+    return value.detach().cpu().clone() if isinstance(value, torch.Tensor) else copy.deepcopy(value)
 
 
-def _set(holder: Any, key: Any, value: Any) -> None:
-    if isinstance(holder, (dict, list)):
-        holder[key] = value
+def _put(holder: Any, key: Any, value: Any) -> None:
+    """Write a value; tensors, lists and dictionaries in place where that is possible: others may hold them."""
+    if isinstance(holder, dict):
+        old = holder.get(key)
     else:
-        setattr(holder, key, value)
+        old = holder[key] if isinstance(holder, list) else getattr(holder, key, None)
+    if type(old) is type(value) and isinstance(old, (torch.Tensor, list, dict)):
+        if isinstance(old, torch.Tensor) and old.shape == value.shape:
+            if not _same(old, value):
+                copy_into(old, value)
+            return
+        if isinstance(old, list):
+            old[:] = _copy(value)
+            return
+        if isinstance(old, dict):
+            old.clear()
+            old.update(_copy(value))
+            return
+    if isinstance(holder, (dict, list)):
+        holder[key] = _copy(value)
+    else:
+        setattr(holder, key, _copy(value))

@@ -55,7 +55,7 @@ class CommandTerm(DebugVisTerm, ABC):
             metric name. Empty without an environment.
         """
         ids = as_env_id_tensor(env_ids, self.num_envs, self.device)
-        extras = {name: value[ids].mean() for name, value in self.metrics.items()} if len(ids) > 0 else {}
+        extras = {name: value[ids].float().mean() for name, value in self.metrics.items()} if len(ids) > 0 else {}
         for value in self.metrics.values():
             value.index_fill_(0, ids, 0.0)
         self.command_counter.index_fill_(0, ids, 0)

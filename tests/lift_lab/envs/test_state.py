@@ -42,13 +42,13 @@ def test_only_settings_that_have_changed_are_in_the_state():
     cfg.weight, cfg.inner.span, cfg.inner.names[1], cfg.limit, cfg.params["more"] = 2.0, (0.0, 2.0), "c", 3.0, 1
     cfg.params["table"][1] = 7.0
     state = settings.state_dict()
-    assert state.pop("reward_manager.params.table").tolist() == [0.0, 7.0]
+    assert state.pop(("reward_manager", "params", "table")).tolist() == [0.0, 7.0]
     assert state == {
-        "reward_manager.weight": 2.0,
-        "reward_manager.inner.span": (0.0, 2.0),
-        "reward_manager.inner.names.1": "c",
-        "reward_manager.limit": 3.0,
-        "reward_manager.params.more": 1,
+        ("reward_manager", "weight"): 2.0,
+        ("reward_manager", "inner", "span"): (0.0, 2.0),
+        ("reward_manager", "inner", "names"): ["a", "c"],
+        ("reward_manager", "limit"): 3.0,
+        ("reward_manager", "params", "more"): 1,
     }
 
 
@@ -61,6 +61,45 @@ def test_a_function_that_was_replaced_is_reported():
     kind = type(torch.square).__name__
     expected = [f"reward_manager.params.kernel ({kind})", f"reward_manager.params.list.0 ({kind})"]
     assert sorted(settings.unsaved()) == expected
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda cfg: cfg.inner.names.append("c"),
+        lambda cfg: cfg.inner.names.pop(),
+        lambda cfg: cfg.params.update({"gains": {"joint.*": 2.0, 3: 1.0}}),
+        lambda cfg: cfg.params["plain"].pop("a.b"),
+        lambda cfg: cfg.params["plain"].update({2: 5.0}),
+        lambda cfg: setattr(cfg, "limit", [1.0, {"a": None}]),
+        lambda cfg: setattr(cfg.inner, "span", [3.0]),
+    ],
+    ids=[
+        "list grows",
+        "list shrinks",
+        "pattern as a key",
+        "key goes",
+        "number as a key",
+        "other type",
+        "tuple to list",
+    ],
+)
+def test_what_a_term_does_to_a_container_comes_back(change):
+    source, other = Cfg(), Cfg()
+    for cfg in (source, other):
+        cfg.params["plain"] = {"a.b": 1.0, "c": 2.0}
+    settings, others = changed(source), changed(other)
+    change(source)
+    state = settings.state_dict()
+    assert len(state) == 1
+    names = other.inner.names
+    for target, cfg in ((others, other), (settings, source)):  # another environment, and the same one
+        target.check_state_dict(state)
+        target.load_state_dict(state)
+        assert repr(cfg) == repr(source)
+    assert other.inner.names is names  # who holds the list sees the change
+    others.load_state_dict({})
+    assert others.state_dict() == {}
 
 
 def test_changed_settings_come_back_and_all_others_are_as_configured():
@@ -84,7 +123,7 @@ def test_changed_settings_come_back_and_all_others_are_as_configured():
 
 def test_a_changed_setting_that_is_not_there_is_named():
     with pytest.raises(StateMismatchError, match=r"has changed the setting 'reward_manager\.other\.x', which is not"):
-        changed(Cfg()).check_state_dict({"reward_manager.other.x": 1.0})
+        changed(Cfg()).check_state_dict({("reward_manager", "other", "x"): 1.0})
     with pytest.raises(StateMismatchError, match="it has no settings"):
         changed(Cfg()).check_state_dict(None)
 
@@ -134,7 +173,7 @@ def test_terms_are_saved_by_their_names(make_env, physics):
     env.reward_manager.get_term_cfg("plain").weight = 0.25
     state = env.state_dict()
     assert state["unsaved"] == []
-    assert state["settings"] == {"reward_manager.plain.weight": 0.25}
+    assert state["settings"] == {("reward_manager", "plain", "weight"): 0.25}
     assert state["objects"]["reward_manager/custom"] == ("own", "Custom", ("dict", "dict", [("level", 3.0)]))
     assert set(state["objects"]["reward_manager/plain"][3]) == {"_cache", "_kept", "generator"}
     expected = [env.step(action)[1].clone() for _ in range(3)]
