@@ -114,23 +114,27 @@ class ChangedSettings:
         """
         if not isinstance(state, dict) or not all(type(path) is tuple and path for path in state):
             raise StateMismatchError("the saved state is not valid: it has no settings")
-        for path in state:
+        live = self._values()
+        for path in self._before | state:
             holder = self._holder(path)
-            indexed = isinstance(holder, list) and path not in self._values()
-            if holder is None or indexed:
+            new_index = isinstance(holder, list) and path not in live
+            if (holder is None or new_index) and not any(path[:length] in state for length in range(1, len(path))):
                 raise StateMismatchError(f"the saved state has changed the setting '{_text(path)}', which is not there")
 
     def load_state_dict(self, state: dict[tuple, Any]) -> None:
         """Change values to those of a state that :meth:`check_state_dict` accepts, and all others back."""
-        wanted = {path: value for path, value in self._before.items() if self._holder(path) is not None} | state
+        wanted = self._before | state
         for path, holder, key, _ in reversed(list(_settings(self._configs()))):
-            kept = any(path[:length] in wanted for length in range(1, len(path) + 1))
-            if not kept and isinstance(holder, (dict, list)):
+            if any(path[:length] in wanted for length in range(1, len(path) + 1)):
+                continue
+            if isinstance(holder, (dict, list)):
                 del holder[key]
-            elif not kept:
+            else:
                 delattr(holder, key)
         for path, value in wanted.items():
-            _put(self._holder(path), path[-1], value)
+            holder = self._holder(path)
+            if holder is not None:  # else what holds it is replaced by the state
+                _put(holder, path[-1], value)
 
     def _holder(self, path: tuple) -> Any:
         """What holds the value of a path: a dictionary, list or configuration; None if it is not there."""
@@ -199,24 +203,19 @@ def _copy(value: Any) -> Any:
 
 
 def _put(holder: Any, key: Any, value: Any) -> None:
-    """Write a value; tensors, lists and dictionaries in place where that is possible: others may hold them."""
-    if isinstance(holder, dict):
-        old = holder.get(key)
-    else:
-        old = holder[key] if isinstance(holder, list) else getattr(holder, key, None)
-    if type(old) is type(value) and isinstance(old, (torch.Tensor, list, dict)):
-        if isinstance(old, torch.Tensor) and old.shape == value.shape:
-            if not _same(old, value):
-                copy_into(old, value)
-            return
-        if isinstance(old, list):
-            old[:] = _copy(value)
-            return
-        if isinstance(old, dict):
-            old.clear()
-            old.update(_copy(value))
-            return
-    if isinstance(holder, (dict, list)):
+    """Write a value that differs; tensors, lists and dictionaries in place if possible, since others may hold them."""
+    entries = holder if isinstance(holder, (dict, list)) else vars(holder)
+    old = entries[key] if isinstance(entries, list) else entries.get(key, dataclasses.MISSING)
+    if _same(old, value):
+        return
+    if isinstance(old, torch.Tensor) and isinstance(value, torch.Tensor) and old.shape == value.shape:
+        copy_into(old, value)
+    elif isinstance(old, list) and isinstance(value, list):
+        old[:] = _copy(value)
+    elif isinstance(old, dict) and isinstance(value, dict):
+        old.clear()
+        old.update(_copy(value))
+    elif isinstance(holder, (dict, list)):
         holder[key] = _copy(value)
     else:
         setattr(holder, key, _copy(value))

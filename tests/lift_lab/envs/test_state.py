@@ -102,6 +102,20 @@ def test_what_a_term_does_to_a_container_comes_back(change):
     assert others.state_dict() == {}
 
 
+def test_a_part_that_was_taken_out_is_refused_where_it_cannot_come_back():
+    cfg, other = Cfg(), Cfg()
+    settings, others = changed(cfg), changed(other)
+    before = settings.state_dict()
+    cfg.inner = None
+    state = settings.state_dict()
+    assert state == {("reward_manager", "inner"): None}
+    others.check_state_dict(state)
+    others.load_state_dict(state)
+    assert other.inner is None
+    with pytest.raises(StateMismatchError, match=r"'reward_manager\.inner\.span', which is not there"):
+        settings.check_state_dict(before)
+
+
 def test_changed_settings_come_back_and_all_others_are_as_configured():
     source, other = Cfg(), Cfg()
     settings, others = changed(source), changed(other)
