@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
-from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import compact_index, fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .joint_actions import clip_limits, clipped
+from .stored_action import StoredAction
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -31,7 +31,7 @@ __all__ = [
 _LONG_AGO = 2**30
 
 
-class BinaryJointAction(ActionTerm):
+class BinaryJointAction(StoredAction):
     """Base of the binary actions: a negative (or False) action closes, any other opens.
 
     With a ``min_close_time_s`` the gripper opens only when it has been closing for that long.
@@ -83,16 +83,6 @@ class BinaryJointAction(ActionTerm):
     def action_dim(self) -> int:
         """1."""
         return 1
-
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, 1)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """The joint targets, shape (num_envs, num_joints)."""
-        return self._processed_actions
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Choose the open or closed targets."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
-from lift_lab.managers import ActionTerm
 from lift_lab.utils.indexing import columns, compact_index, fill_rows
 from lift_lab.utils.string import resolve_matching_names_values
+
+from .stored_action import StoredAction
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -56,7 +57,7 @@ def clipped(values: torch.Tensor, limits: torch.Tensor | None) -> torch.Tensor:
     return values if limits is None else values.clamp(limits[..., 0], limits[..., 1])
 
 
-class JointAction(ActionTerm):
+class JointAction(StoredAction):
     """Base of the joint actions: ``processed = clip(raw * scale + offset)``, one column for each joint.
 
     The joints are those that match the config's patterns, in the articulation's order unless ``preserve_order``.
@@ -92,16 +93,6 @@ class JointAction(ActionTerm):
     def action_dim(self) -> int:
         """Number of joints."""
         return self._num_joints
-
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, action_dim)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """The action in joint units, shape (num_envs, action_dim)."""
-        return self._processed_actions
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action."""

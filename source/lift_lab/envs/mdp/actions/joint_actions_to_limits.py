@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import torch
 
-from lift_lab.managers import ActionTerm
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import columns, compact_index
 
 from .joint_actions import clip_limits, clipped, values_of_names
+from .stored_action import StoredAction
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 
-class JointPositionToLimitsAction(ActionTerm):
+class JointPositionToLimitsAction(StoredAction):
     """Scale and clip the action, cut it to [-1, 1] and map that onto the joints' soft position limits."""
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_joint_ids", "_joint_names", "_num_joints"})
@@ -48,16 +48,6 @@ class JointPositionToLimitsAction(ActionTerm):
     def action_dim(self) -> int:
         """Number of joints."""
         return self._num_joints
-
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, action_dim)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """The position targets in rad or m, shape (num_envs, action_dim)."""
-        return self._processed_actions
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Compute the position targets."""

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import torch
 
-from lift_lab.managers import ActionTerm
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import compact_index
 
 from .joint_actions import clip_limits, clipped
+from .stored_action import StoredAction
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 
-class NonHolonomicAction(ActionTerm):
+class NonHolonomicAction(StoredAction):
     """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``.
 
     The yaw is that of the body relative to the articulation's root, along whose axes the joints move; Isaac Lab takes
@@ -61,16 +61,6 @@ class NonHolonomicAction(ActionTerm):
     def action_dim(self) -> int:
         """2: forward speed and yaw rate."""
         return 2
-
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, 2)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """Forward speed in m/s and yaw rate in rad/s, shape (num_envs, 2)."""
-        return self._processed_actions
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action; ``clip`` names its columns ``forward`` and ``yaw``."""

@@ -8,13 +8,13 @@ import torch
 
 from lift_lab.assets.articulation.joint_dynamics import JointDynamics
 from lift_lab.controllers import DifferentialIKController, OperationalSpaceController
-from lift_lab.managers import ActionTerm
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import columns
 
 from ._end_effector import EndEffector
 from .joint_actions import clip_limits, clipped
+from .stored_action import StoredAction
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation
@@ -29,7 +29,7 @@ __all__ = [
 ]
 
 
-class DifferentialInverseKinematicsAction(ActionTerm):
+class DifferentialInverseKinematicsAction(StoredAction):
     """The scaled action is an end-effector target in the root frame; inverse kinematics gives position targets.
 
     The inverse kinematics is solved anew at every physics step. Unlike Isaac Lab's term, the offset of the controlled
@@ -60,16 +60,6 @@ class DifferentialInverseKinematicsAction(ActionTerm):
         """Size of the controller's command."""
         return self._ik_controller.action_dim
 
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, action_dim)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """The controller's command, shape (num_envs, action_dim)."""
-        return self._processed_actions
-
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale and clip the action and command the controller.
 
@@ -90,7 +80,7 @@ class DifferentialInverseKinematicsAction(ActionTerm):
         self._raw_actions[slice(None) if env_ids is None else env_ids] = 0.0
 
 
-class OperationalSpaceControllerAction(ActionTerm):
+class OperationalSpaceControllerAction(StoredAction):
     """The action holds task-space targets (and gains); operational-space control gives effort targets.
 
     The joints should have no stiffness and damping of their own. The controller runs at every physics step.
@@ -190,16 +180,6 @@ class OperationalSpaceControllerAction(ActionTerm):
     def action_dim(self) -> int:
         """Size of the controller's command."""
         return self._osc.action_dim
-
-    @property
-    def raw_actions(self) -> torch.Tensor:
-        """The action as it came in, shape (num_envs, action_dim)."""
-        return self._raw_actions
-
-    @property
-    def processed_actions(self) -> torch.Tensor:
-        """The controller's command, shape (num_envs, action_dim)."""
-        return self._processed_actions
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale the action and command the controller."""
