@@ -131,8 +131,9 @@ def place(file: str) -> None:
     short = file.rpartition(".")[2]
     for module in sorted(MODULES, key=lambda module: module.count(".")):
         for name, definitions in MODULES[module].items():
-            if definitions == short:
-                _move(getattr(sys.modules[file], name), module)
+            value = getattr(sys.modules[file], name) if definitions == short else None
+            if getattr(value, "__name__", None) == name:  # not a second name of something
+                _move(value, module)
 
 
 def _move(value: Any, module: str) -> None:

@@ -117,6 +117,16 @@ def test_configs_can_be_copied_and_pickled_and_changed():
         camera.validate()
 
 
+def test_every_class_and_function_of_the_table_can_be_pickled():
+    wrong = []
+    for module, names in MODULES.items():
+        for name in names:
+            value = getattr(importlib.import_module(module), name)
+            if isinstance(value, (type, types.FunctionType)) and pickle.loads(pickle.dumps(value)) is not value:
+                wrong.append(f"{module}.{name}")
+    assert not wrong
+
+
 def test_types_can_be_asked_for_and_subclassed():
     import gymnasium as gym
 
