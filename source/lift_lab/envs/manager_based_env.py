@@ -271,13 +271,17 @@ class ManagerBasedEnv(Stateful):
         Returns:
             Observations of all environments, and extras.
         """
+        ids = self._begin_reset(env_ids, seed)
+        return self._after_reset(ids)
+
+    def _begin_reset(self, env_ids: Sequence[int] | torch.Tensor | None, seed: int | None) -> torch.Tensor:
         ids = self._as_ids(env_ids)
         self.prefetched = {}  # of a step that raised
         self.recorder_manager.record_pre_reset(ids)
         if seed is not None:
             self.seed(seed)
         self._reset_idx(ids)
-        return self._after_reset(ids)
+        return ids
 
     @in_any_grad_mode
     def reset_to(
@@ -298,12 +302,7 @@ class ManagerBasedEnv(Stateful):
         Returns:
             Observations of all environments, and extras.
         """
-        ids = self._as_ids(env_ids)
-        self.prefetched = {}  # of a step that raised
-        self.recorder_manager.record_pre_reset(ids)
-        if seed is not None:
-            self.seed(seed)
-        self._reset_idx(ids)
+        ids = self._begin_reset(env_ids, seed)
         self.scene.reset_to(state, ids, is_relative=is_relative)
         return self._after_reset(ids)
 
