@@ -2,32 +2,11 @@
 
 import filecmp
 import json
-import runpy
-import sys
-from pathlib import Path
 
 import pytest
 import torch
 
-SCRIPTS = Path(__file__).parents[2] / "scripts"
 SMALL = ["--task", "Lift-Cube-Franka", "--device", "cpu", "--num_threads", "1"]
-
-
-@pytest.fixture
-def script(monkeypatch, capsys):
-    """Runs a script in this process; returns exit status, output and errors."""
-    threads = torch.get_num_threads()
-    monkeypatch.syspath_prepend(str(SCRIPTS))  # the modules of benchmark.py lie beside it
-
-    def call(name, *args):
-        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
-        with pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
-        captured = capsys.readouterr()
-        return ended.value.code, captured.out, captured.err
-
-    yield call
-    torch.set_num_threads(threads)
 
 
 @pytest.fixture(scope="module")

@@ -2,15 +2,11 @@
 
 import importlib.util
 import io
-import runpy
-import sys
 import zipfile
-from pathlib import Path
 
 import pytest
 import torch
 
-SCRIPTS = Path(__file__).parents[2] / "scripts"
 SMALL = ["--task", "Cartpole", "--device", "cpu", "--num_threads", "1", "--num_envs", "8"]
 PACKAGES = {"skrl": "skrl", "sb3": "stable_baselines3"}
 
@@ -21,22 +17,6 @@ def _needs(package, extra):
 
 
 needs_sb3, needs_skrl = _needs("stable_baselines3", "sb3"), _needs("skrl", "skrl")
-
-
-@pytest.fixture
-def script(monkeypatch, capsys):
-    """Runs a script in this process; returns exit status, output and errors."""
-    threads = torch.get_num_threads()
-
-    def call(name, *args):
-        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
-        with pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
-        captured = capsys.readouterr()
-        return ended.value.code, captured.out, captured.err
-
-    yield call
-    torch.set_num_threads(threads)
 
 
 @pytest.fixture(autouse=True)

@@ -1,33 +1,19 @@
 """play.py's viewer and replay, and the description of a task, from the command line."""
 
 import ast
-import runpy
 import socket
-import sys
 from pathlib import Path
 
 import pytest
-import torch
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 PLAY = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_threads", 1, "--num_envs", 2]
 
 
-@pytest.fixture
-def script(monkeypatch, capsys, tmp_path):
-    """Runs a script in this process, in a folder without runs; returns exit status, output and errors."""
-    threads = torch.get_num_threads()
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """A folder without runs is the current one."""
     monkeypatch.chdir(tmp_path)
-
-    def call(name, *args):
-        monkeypatch.setattr(sys, "argv", [name, *map(str, args)])
-        with pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(SCRIPTS / name), run_name="__main__")
-        captured = capsys.readouterr()
-        return ended.value.code, captured.out, captured.err
-
-    yield call
-    torch.set_num_threads(threads)
 
 
 def test_the_viewer_shows_an_agent_that_needs_no_checkpoint(script):
