@@ -19,7 +19,7 @@ def counters(env: Any) -> dict[str, Any]:
     manager = getattr(env, "reward_manager", None)
     if manager is not None:
         changed = env.changed_settings.state_dict()
-        weights = {name: changed.get(f"reward_manager.{name}.weight") for name in manager.active_terms}
+        weights = {name: changed.get(("reward_manager", name, "weight")) for name in manager.active_terms}
         found["reward_weights"] = {name: float(weight) for name, weight in weights.items() if weight is not None}
         found["configured_weights"] = {name: float(weight) for name, weight in _configured(env).items()}
     return found
