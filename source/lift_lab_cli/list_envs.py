@@ -6,7 +6,20 @@ python scripts/list_envs.py --describe ID [overrides]
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from lift_lab.app import cli
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+NO_LIMIT = 10_000
+"""Width in columns of output that is not for a terminal."""
+
+_TITLES = ("task", "environment", "agents", "pretrained")
+_COLUMNS = ((0, 1, 2, 3), (0, 2, 3), (0, 3), (0,))
+"""Which columns are shown: the first set that fits."""
 
 
 def main() -> int:
@@ -20,7 +33,6 @@ def main() -> int:
         parser.error(f"unexpected argument '{overrides[0]}'")
 
     from rich.console import Console
-    from rich.table import Table
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab.utils.errors import NotFoundError, suggest
@@ -28,8 +40,8 @@ def main() -> int:
     from lift_lab_tasks.utils.runs import pretrained_name, pretrained_tasks
 
     console = Console()
-    # A table that is piped into another program is not cut to the width of a terminal.
-    console = console if console.is_terminal else Console(width=220)
+    # Output that is piped into another program is not cut to the width of a terminal.
+    console = console if console.is_terminal else Console(width=NO_LIMIT)
     if args.describe is not None:
         from lift_lab_tasks.utils.describe import describe
 
@@ -40,16 +52,44 @@ def main() -> int:
     if not names:
         raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', registered_tasks())}")
     shipped = pretrained_tasks()
-    table = Table("task", "environment", "agents", "pretrained", title="Tasks", title_justify="left")
+    rows = []
     for name in names:
         kwargs = task_kwargs(name)
         agents = [
             k.removesuffix("_cfg_entry_point") for k in kwargs if k.endswith("_cfg_entry_point") and k[:4] != "env_"
         ]
         pretrained = "yes" if pretrained_name(name) in shipped else ""
-        table.add_row(name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), pretrained)
-    console.print(table)
+        rows.append((name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), pretrained))
+    show(console, rows)
     return 0
+
+
+def show(console: Console, rows: Sequence[tuple[str, str, str, str]]) -> None:
+    """Print a table of tasks. No id is cut: columns that do not fit are left out and named below the table.
+
+    Args:
+        console: where to.
+        rows: id, environment, agents and ``yes`` or nothing for a pretrained policy, of each task.
+    """
+    from rich.table import Table
+
+    for shown in _COLUMNS:
+        table = Table(title="Tasks", title_justify="left")
+        for index in shown:
+            table.add_column(_TITLES[index], no_wrap=True)
+        for row in rows:
+            table.add_row(*(row[index] for index in shown))
+        if console.measure(table, options=console.options.update(max_width=NO_LIMIT)).maximum <= console.width:
+            console.print(table)
+            break
+    else:
+        shown = (0,)
+        for row in rows:
+            console.print(row[0], soft_wrap=True, markup=False, highlight=False)
+    left_out = [title for index, title in enumerate(_TITLES) if index not in shown]
+    if left_out:
+        text = f"not shown, because the terminal is narrow: {', '.join(left_out)} (pipe the output to see all)"
+        console.print(text, markup=False, highlight=False)
 
 
 if __name__ == "__main__":

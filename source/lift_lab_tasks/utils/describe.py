@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from lift_lab.managers import SceneEntityCfg
@@ -158,7 +158,8 @@ def _terms(manager: Any) -> list[tuple[str, Any]]:
 
 
 def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:
-    table = Table(*columns, title=title, title_justify="left", title_style="bold", show_header=any(columns))
+    headings = (Column(heading, overflow="fold") for heading in columns)  # names that are too long are not cut
+    table = Table(*headings, title=title, title_justify="left", title_style="bold", show_header=any(columns))
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
     return table
