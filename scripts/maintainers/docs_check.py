@@ -1,0 +1,142 @@
+"""Check the pages of the documentation: sentence lengths, house words and links.
+
+    python scripts/maintainers/docs_check.py                   # every page, one line each
+    python scripts/maintainers/docs_check.py docs/usd.md       # some pages, with their worst sentences
+    python scripts/maintainers/docs_check.py --worst 20        # the longest sentences of all pages
+
+A page passes if the mean length of its sentences is under 18 words, none is over 35 words, it has no house word, and
+each of its links leads to a file and heading that exist. :mod:`docs_prose` states how sentences and words are counted.
+Laboratory notes (``docs/notes/``) and the change log are exempt from the goals, not from the check of links. The exit
+status is 1 if a page fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from docs_links import broken_links
+from docs_prose import Sentence, house_words, sentences_of
+
+ROOT = Path(__file__).resolve().parents[2]
+MEAN, LONGEST = 18, 35
+"""The mean number of words per sentence has to be under the first, the longest at most the second."""
+NOT_YET = {
+    "docs/architecture.md",
+    "docs/concepts.md",
+    "docs/extend.md",
+    "docs/learning.md",
+    "docs/libraries.md",
+    "docs/performance.md",
+    "docs/porting.md",
+    "docs/pretrained.md",
+    "docs/scaling.md",
+    "docs/soft_objects.md",
+    "docs/study.md",
+    "docs/troubleshooting.md",
+    "docs/usd.md",
+    "docs/viewing.md",
+}
+"""Pages that do not meet the goals yet. Take a page out once it is rewritten; add none."""
+EXEMPT = ("docs/notes/", "CHANGELOG.md")
+"""Pages without goals: beginnings of their paths."""
+
+
+@dataclass
+class Page:
+    """The figures of a page and what is wrong with it."""
+
+    name: str
+    sentences: list[Sentence]
+    wrong: list[str] = field(default_factory=list)
+    """What fails the goals, as ``file:line: reason``."""
+    broken: list[str] = field(default_factory=list)
+    """Links that lead nowhere, as ``file:line: reason``."""
+
+    @property
+    def mean(self) -> float:
+        """Mean number of words per sentence of running text; 0 without one."""
+        words = [sentence.words for sentence in self.sentences if sentence.kind == "text"]
+        return sum(words) / len(words) if words else 0.0
+
+    @property
+    def longest(self) -> int:
+        """Number of words of the longest sentence."""
+        return max((sentence.words for sentence in self.sentences), default=0)
+
+    @property
+    def state(self) -> str:
+        """One word for the table."""
+        if self.broken:
+            return "broken links"
+        if self.name.startswith(EXEMPT):
+            return "exempt"
+        if not self.wrong:
+            return "ok" if self.name not in NOT_YET else "ok: take it out of NOT_YET"
+        return "not yet" if self.name in NOT_YET else "FAILS"
+
+    @property
+    def fails(self) -> bool:
+        """Whether the page makes the check fail."""
+        return self.state in ("broken links", "FAILS")
+
+
+def pages() -> list[str]:
+    """Return the pages there are, relative to the repository."""
+    files = [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")]
+    return sorted(str(path.relative_to(ROOT)) for path in files)
+
+
+def check(name: str) -> Page:
+    """Check one page.
+
+    Args:
+        name: Path relative to the repository.
+
+    Returns:
+        The page with its sentences and what is wrong with it.
+    """
+    text = (ROOT / name).read_text()
+    page = Page(name, sentences_of(text))
+    if page.mean >= MEAN:
+        page.wrong.append(f"{name}:1: {page.mean:.1f} words per sentence; the goal is under {MEAN}")
+    for sentence in page.sentences:
+        if sentence.words > LONGEST:
+            page.wrong.append(f"{name}:{sentence.line}: {sentence.words} words: {sentence.text}")
+    for line, word, better in house_words(text):
+        page.wrong.append(f'{name}:{line}: house word "{word}": {better}')
+    for line, target, reason in broken_links(ROOT / name):
+        page.broken.append(f"{name}:{line}: link to {target}: {reason}")
+    return page
+
+
+def main() -> int:
+    """Print a line for each page and what fails; return the exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("pages", nargs="*", help="Pages to check (default: all).")
+    parser.add_argument("--worst", type=int, metavar="N", help="Number of longest sentences to print.")
+    args = parser.parse_args()
+    named = [str(Path(page).resolve().relative_to(ROOT)) for page in args.pages]
+    missing = sorted(set(named) - set(pages()))
+    if missing:
+        parser.error(f"no such page: {', '.join(missing)}; pages are {', '.join(pages())}")
+    found = [check(name) for name in named or pages()]
+    print(f"{'page':<42}{'sentences':>10}{'mean':>7}{'longest':>9}  state")
+    for page in found:
+        print(f"{page.name:<42}{len(page.sentences):>10}{page.mean:>7.1f}{page.longest:>9}  {page.state}")
+    for page in found:
+        print(*page.broken, sep="\n", end="\n" if page.broken else "")
+        if page.wrong and (page.fails or named):
+            print(*page.wrong, sep="\n")
+    ranked = sorted(((s.words, page.name, s) for page in found for s in page.sentences), key=lambda row: -row[0])
+    for words, name, sentence in ranked[: args.worst if args.worst is not None else 10 if named else 0]:
+        print(f"{name}:{sentence.line}: {words} words: {sentence.text}")
+    return int(any(page.fails for page in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
