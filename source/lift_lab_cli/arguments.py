@@ -61,6 +61,7 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
     )
     parser.add_argument("--experiment_name", type=str, default=None, help=f"folder of the runs under {logs}")
     AppLauncher.add_app_launcher_args(parser)
+    parser.add_argument("--disable_fabric", action="store_true", help=argparse.SUPPRESS)  # Isaac Lab's
     parser.settings |= COMMON_SETTINGS
     return parser
 
@@ -88,6 +89,7 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
     if training:
         parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
         library.add_training_flags(parser)
+        parser.add_argument("--ray-proc-id", "-rid", type=int, default=None, help=argparse.SUPPRESS)  # Isaac Lab's
         text = "make videos while training, in a process of their own"
         parser.add_argument("--video", action="store_true", help=text)
         text = f"steps in a video (default: {VIDEO_LENGTH}); needs --video"
@@ -97,6 +99,8 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
     else:
         library.add_playing_flags(parser)
         parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
+        text = "run no faster than real time (--viewer does so by itself)"
+        parser.add_argument("--real-time", action="store_true", help=text)
         text = "write an mp4 (default: beside the run)"
         parser.add_argument("--video", nargs="?", const="", default=None, metavar="FILE.mp4", help=text)
         parser.add_argument("--video_length", type=positive, default=None, help="steps in the video, and to take")
@@ -115,10 +119,20 @@ def add_checkpoint_flags(parser: Parser) -> None:
     parser.add_argument(
         "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
     )
+    parser.add_argument("--use_pretrained_checkpoint", action="store_true", help="the same as --checkpoint pretrained")
 
 
 def check_checkpoint_flags(parser: Parser, args: argparse.Namespace) -> None:
-    """End with one line where ``--load_run`` says nothing, because ``--checkpoint`` names the policy by itself."""
+    """Enter ``--use_pretrained_checkpoint`` into ``--checkpoint``, and end with one line where flags contradict.
+
+    ``--load_run`` says nothing where ``--checkpoint`` names the policy by itself.
+    """
+    if args.use_pretrained_checkpoint:
+        if args.checkpoint not in (None, "pretrained"):
+            parser.error(
+                f"--use_pretrained_checkpoint and --checkpoint {args.checkpoint} both name the policy: give one"
+            )
+        args.checkpoint = "pretrained"
     named = args.checkpoint is not None and (args.checkpoint == "pretrained" or Path(args.checkpoint).exists())
     if args.load_run is not None and named:
         parser.error(f"--load_run chooses among runs, but --checkpoint {args.checkpoint} names the policy: give one")

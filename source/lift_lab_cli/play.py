@@ -10,6 +10,7 @@ from lift_lab.app import AppLauncher, cli
 
 from .arguments import check_video_flags, library_parser
 from .library import Library
+from .pace import Pace
 
 
 def main(library: Library | None = None) -> int:
@@ -24,6 +25,8 @@ def main(library: Library | None = None) -> int:
         args.video, overrides = "", [args.video, *overrides]
     if args.video and not args.video.endswith(".mp4"):
         parser.error(f"--video: expected a file ending in .mp4, got '{args.video}'")
+    if args.real_time and getattr(args, "replay", None) is not None:
+        parser.error("--real-time paces a simulation: --replay writes a page, which plays in real time by itself")
     library.check_playing_flags(parser, args)
     check_video_flags(parser, args)
     AppLauncher(args)
@@ -58,10 +61,15 @@ def _play(library: Library, args: argparse.Namespace, overrides: list[str]) -> i
         print(f"policy: {checkpoint}")
         player.begin(print)
         reward, episodes = 0.0, 0
+        pace = Pace(env.unwrapped.step_dt) if args.real_time else None
         for _ in range(steps):
             mean, ended = player.step()
             reward, episodes = reward + mean, episodes + ended
+            if pace is not None:
+                pace.wait()
         print(f"{steps} steps of {env.unwrapped.num_envs} environments, {episodes} episodes ended")
+        if pace is not None:
+            print(pace.summary())
         print(f"mean reward: {reward / (steps * env.unwrapped.step_dt):.3f} per second")
         player.end(print)
     finally:

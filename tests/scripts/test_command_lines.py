@@ -214,7 +214,8 @@ def test_a_mistake_is_answered_in_one_line(script, name, args, message):
     assert err.count("\n") == 1
 
 
-def test_flags_of_isaac_sims_window_are_named_as_ignored(script):
-    status, _, err = script("rsl_rl/train.py", "--task", "nothing", "--headless", "--enable_cameras")
+def test_flags_of_isaac_lab_without_effect_are_named(script):
+    flags = ["--headless", "--enable_cameras", "--disable_fabric"]
+    status, _, err = script("rsl_rl/train.py", "--task", "nothing", *flags)
     assert status == 2
-    assert err.splitlines()[0] == "ignored: --headless, --enable_cameras (there is no simulator window here)"
+    assert err.splitlines()[0] == "no effect here: --enable_cameras, --disable_fabric (there is no Omniverse)"

@@ -103,7 +103,8 @@ class Parser(argparse.ArgumentParser):
         raise SystemExit(USAGE_ERROR)
 
     def _nearest_flag(self, flag: str) -> str:
-        known = [option for action in self._actions for option in action.option_strings]
+        shown = (action for action in self._actions if action.help is not argparse.SUPPRESS)
+        known = [option for action in shown for option in action.option_strings]
         near = get_close_matches(flag.partition("=")[0], known, n=3, cutoff=0.6)
         return f"did you mean {', '.join(near)}?" if near else "--help lists all"
 
