@@ -52,7 +52,12 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
         logs: folder of the library's runs, for the help text.
     """
     parser = Parser(description)
-    parser.add_argument("--task", type=str, required=True, help="id of the task (scripts/list_envs.py shows all)")
+    parser.add_argument(
+        "--task",
+        type=str,
+        required=True,
+        help="id of the task (scripts/list_envs.py shows all), or MODULE:ID of your own",
+    )
     parser.add_argument("--agent", type=str, default=agent, help="key of the agent's configuration")
     parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
     parser.add_argument("--seed", type=int, default=None, help="seed of everything; -1 draws one")

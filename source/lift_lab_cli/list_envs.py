@@ -1,6 +1,6 @@
 """List the registered tasks.
 
-python scripts/list_envs.py [--keyword TEXT]
+python scripts/list_envs.py [--keyword TEXT] [--module MODULE]
 python scripts/list_envs.py --describe ID [overrides]
 """
 
@@ -26,7 +26,10 @@ def main() -> int:
     parser = cli.Parser(__doc__, multirun=False)
     parser.add_argument("--keyword", type=str, default=None, help="show only ids that contain this, in any case")
     parser.add_argument("--describe", type=str, default=None, metavar="ID", help="show what a task is made of")
+    parser.add_argument("--module", type=str, default=None, help="show the tasks that a module of yours registers")
     args, overrides = parser.parse()
+    if args.describe is not None and args.module is not None:
+        parser.error(f"--describe takes the module, too: --describe {args.module}:ID")
     if args.describe is not None and args.keyword is not None:
         parser.error("--keyword filters the list of tasks, which --describe does not show: leave one out")
     if overrides and args.describe is None:
@@ -48,9 +51,10 @@ def main() -> int:
         for part in describe(args.describe, overrides):
             console.print(part)
         return 0
-    names = [n for n in registered_tasks() if args.keyword is None or args.keyword.lower() in n.lower()]
+    tasks = registered_tasks() if args.module is None else tasks_of(args.module)
+    names = [n for n in tasks if args.keyword is None or args.keyword.lower() in n.lower()]
     if not names:
-        raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', registered_tasks())}")
+        raise NotFoundError(f"no task contains '{args.keyword}'; {suggest(args.keyword or '', tasks)}")
     shipped = pretrained_tasks()
     rows = []
     for name in names:
@@ -62,6 +66,23 @@ def main() -> int:
         rows.append((name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), pretrained))
     show(console, rows)
     return 0
+
+
+def tasks_of(module: str) -> list[str]:
+    """Import a module and return the tasks that it registers, as ``MODULE:ID``.
+
+    Raises:
+        NotFoundError: there is no such module, or it registers no task.
+    """
+    from lift_lab.utils.errors import NotFoundError
+    from lift_lab_tasks.utils import import_task_module, registered_tasks
+
+    before = registered_tasks()
+    import_task_module(module)
+    own = [f"{module}:{name}" for name in registered_tasks() if name not in before]
+    if not own:
+        raise NotFoundError(f"the module '{module}' registers no task: call gymnasium.register in it")
+    return own
 
 
 def show(console: Console, rows: Sequence[tuple[str, str, str, str]]) -> None:

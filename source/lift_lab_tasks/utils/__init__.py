@@ -3,6 +3,7 @@
 from .importer import import_packages
 from .parse_cfg import (
     get_checkpoint_path,
+    import_task_module,
     load_cfg_from_registry,
     num_envs_for_device,
     parse_env_cfg,
@@ -13,6 +14,7 @@ from .parse_cfg import (
 __all__ = [
     "get_checkpoint_path",
     "import_packages",
+    "import_task_module",
     "load_cfg_from_registry",
     "num_envs_for_device",
     "parse_env_cfg",

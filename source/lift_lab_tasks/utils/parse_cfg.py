@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 import re
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,20 +30,52 @@ def task_kwargs(task_name: str) -> dict[str, Any]:
     """What a task was registered with.
 
     Args:
-        task_name: id, possibly with a ``module:`` in front that registers it.
+        task_name: id. With a ``module:`` in front, as in gymnasium, that module is imported first. It is also looked
+            for in the current folder, as ``python -m`` does.
 
     Raises:
-        NotFoundError: there is no such task; names the nearest ids.
+        NotFoundError: no such module or task; names the nearest.
     """
     module, _, name = task_name.rpartition(":")
     if module:
-        try:
-            importlib.import_module(module)
-        except ModuleNotFoundError as error:
-            raise NotFoundError(f"task '{task_name}': cannot import '{module}': {error}") from error
+        import_task_module(module)
     if name not in gym.registry or ENV_CFG not in gym.registry[name].kwargs:
-        raise NotFoundError(f"unknown task '{name}'; {suggest(name, registered_tasks())}")
+        # Those of the module, which were registered last, come first.
+        tasks = [known for known, spec in reversed(gym.registry.items()) if ENV_CFG in spec.kwargs]
+        hint = "" if module else "; a task of your own needs its module: MODULE:ID"
+        raise NotFoundError(f"unknown task '{name}'; {suggest(name, tasks if module else registered_tasks())}{hint}")
     return dict(gym.registry[name].kwargs)
+
+
+def import_task_module(module: str) -> None:
+    """Import a module that registers tasks. The current folder is put on the module path, as ``python -m`` does.
+
+    Args:
+        module: name of the module or package, such as ``my_tasks`` or ``my_tasks.reach``.
+
+    Raises:
+        NotFoundError: there is no such module, or it imports one that does not exist.
+    """
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        missing = None if all(part.isidentifier() for part in module.split(".")) else module
+        if missing is None:
+            importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        missing = error.name or ""
+        if missing != module and not module.startswith(f"{missing}."):
+            raise NotFoundError(f"cannot import the module '{module}': {error}") from error
+    if missing is None:
+        return
+    if missing.endswith(".py"):
+        raise NotFoundError(f"no module '{missing}'; did you mean '{missing.removesuffix('.py')}'?")
+    package = missing.rpartition(".")[0]
+    names = [info.name for info in pkgutil.iter_modules(getattr(sys.modules.get(package), "__path__", [here]))]
+    place = f"the package '{package}'" if package in sys.modules else f"'{here}' or among the installed packages"
+    near = suggest(missing.rpartition(".")[2], names) if names else "this folder has no modules"
+    raise NotFoundError(f"no module '{missing}' in {place}; {near}")
 
 
 def load_cfg_from_registry(task_name: str, entry_point_key: str) -> Any:
