@@ -1,4 +1,4 @@
-"""The programs: train, play, evaluate, study, report, list_envs. ``scripts/`` calls them.
+"""The programs of the console command ``lift-lab``. The files in ``scripts/`` run the same programs.
 
 Importing this package and its modules is cheap: torch, the tasks and the learning libraries are imported when a program
 runs, so that ``--help`` answers at once.

@@ -56,7 +56,7 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
         "--task",
         type=str,
         required=True,
-        help="id of the task (scripts/list_envs.py shows all), or MODULE:ID of your own",
+        help="id of the task (lift-lab list shows all), or MODULE:ID of your own",
     )
     parser.add_argument("--agent", type=str, default=agent, help="key of the agent's configuration")
     parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
@@ -83,7 +83,7 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
         from .library import find_library
 
         first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-        first.add_argument("--library", default="rsl_rl")
+        first.add_argument("--library", nargs="?", default="rsl_rl", const="rsl_rl")  # the parser refuses one without
         library = find_library(first.parse_known_args()[0].library)
     logs = f"logs/{library.name}" + ("" if library.continues_runs else " (default: the task's id)")
     description = library.training_help if training else library.playing_help

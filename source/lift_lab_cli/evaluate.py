@@ -1,6 +1,6 @@
 """Measure a trained policy: success rate, reward and time to success over whole episodes.
 
-python scripts/rsl_rl/evaluate.py --task TASK [--checkpoint PATH|latest|best|pretrained] --episodes 100 [--json FILE]
+lift-lab evaluate --task TASK [--checkpoint PATH|latest|best|pretrained] --episodes 100 [--json FILE]
 
 The policy acts without noise. Every environment runs whole episodes, and all count alike: see lift_lab_rl.evaluation.
 """
@@ -40,7 +40,7 @@ def parse():
     args, overrides = parser.parse([*overrides, *words])
     check_checkpoint_flags(parser, args)
     if "standard" in args.perturb:
-        parser.error("--perturb standard is several evaluations, which study.py makes; here perturbations act together")
+        parser.error("--perturb standard is several evaluations: use lift-lab study (here perturbations act together)")
     return args, overrides
 
 

@@ -1,7 +1,7 @@
 """List the registered tasks.
 
-python scripts/list_envs.py [--keyword TEXT] [--module MODULE]
-python scripts/list_envs.py --describe ID [overrides]
+lift-lab list [--keyword TEXT] [--module MODULE]
+lift-lab list --describe ID [overrides]
 """
 
 from __future__ import annotations
@@ -34,23 +34,16 @@ def main() -> int:
         parser.error("--keyword filters the list of tasks, which --describe does not show: leave one out")
     if overrides and args.describe is None:
         parser.error(f"unexpected argument '{overrides[0]}'")
+    if args.describe is not None:
+        from .describe import show_task
 
-    from rich.console import Console
+        return show_task(args.describe, overrides)
 
     import lift_lab_tasks  # noqa: F401
     from lift_lab.utils.errors import NotFoundError, suggest
     from lift_lab_tasks.utils import registered_tasks, task_kwargs
     from lift_lab_tasks.utils.runs import pretrained_name, pretrained_tasks
 
-    console = Console()
-    # Output that is piped into another program is not cut to the width of a terminal.
-    console = console if console.is_terminal else Console(width=NO_LIMIT)
-    if args.describe is not None:
-        from lift_lab_tasks.utils.describe import describe
-
-        for part in describe(args.describe, overrides):
-            console.print(part)
-        return 0
     tasks = registered_tasks() if args.module is None else tasks_of(args.module)
     names = [n for n in tasks if args.keyword is None or args.keyword.lower() in n.lower()]
     if not names:
@@ -64,7 +57,7 @@ def main() -> int:
         ]
         pretrained = "yes" if pretrained_name(name) in shipped else ""
         rows.append((name, str(kwargs["env_cfg_entry_point"]), ", ".join(agents), pretrained))
-    show(console, rows)
+    show(make_console(), rows)
     return 0
 
 
@@ -83,6 +76,14 @@ def tasks_of(module: str) -> list[str]:
     if not own:
         raise NotFoundError(f"the module '{module}' registers no task: call gymnasium.register in it")
     return own
+
+
+def make_console() -> Console:
+    """The output, for tables. If it is piped into another program, it is not cut to the width of a terminal."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=NO_LIMIT)
 
 
 def show(console: Console, rows: Sequence[tuple[str, str, str, str]]) -> None:

@@ -1,10 +1,10 @@
 """Draw the study's figures and tables from training runs, ours beside the study's.
 
-python scripts/rsl_rl/report.py RUNS... --out DIR
+lift-lab report RUNS... --out DIR
 
 RUNS are folders of runs, or folders that hold some (logs/rsl_rl/<experiment>), each possibly with LABEL= in front. Runs
 are grouped by what was trained (task and overrides, or a study's labels) and averaged over seeds. Evaluations come from
-the results.json beside the runs, which scripts/rsl_rl/study.py writes. Makes DIR/report.html, which needs no other
+the results.json beside the runs, which ``lift-lab study`` writes. Makes DIR/report.html, which needs no other
 file, and DIR/figures/*.png and *.pdf.
 """
 

@@ -28,7 +28,7 @@ class RslRl(Library):
     ``model_best.pt``, TensorBoard's event files, and ``params/`` with the configurations. Ctrl-C, SIGTERM and a lost
     terminal finish the iteration, save and end with status 128 plus the signal's number. ``--resume`` continues a run;
     ``max_iterations`` counts the iterations of both. Several processes:
-    ``torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distributed ...`` (docs/scaling.md).
+    ``torchrun --nproc_per_node=2 -m lift_lab_cli train --distributed ...`` (docs/scaling.md).
 
     ``play`` takes the newest checkpoint of the newest run unless told otherwise. It writes ``exported/policy.pt``
     (TorchScript) and ``exported/policy.onnx`` beside it, both checked against the policy.

@@ -1,6 +1,6 @@
 """Train baseline and curriculum over seeds, evaluate each, and report: the whole study in one command.
 
-python scripts/rsl_rl/study.py [--seeds 1 2 3] [--max_iterations N] [--processes 1] [flags] [overrides]
+lift-lab study [--seeds 1 2 3] [--max_iterations N] [--processes 1] [flags] [overrides]
 
 Everything goes to logs/rsl_rl/<name>/: runs, evaluations, results.json, and report/report.html. Run the same command
 again to continue after an interruption: finished trainings and evaluations are kept, the others continue from their
@@ -25,7 +25,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from lift_lab.app import children, cli, endings
+from lift_lab.app import children, cli, endings, program
 
 from .arguments import COMMON_SETTINGS, positive, split_overrides
 
@@ -160,7 +160,7 @@ class Study:
             ConfigError: another study works in the folder, or one with other settings did.
         """
         self._take_over()  # finds a mistake before anything is written
-        self.lock = children.FolderLock(self.folder, "study.py")
+        self.lock = children.FolderLock(self.folder, "lift-lab study")
         self._take_over()
         self.write()
 
@@ -203,7 +203,7 @@ class Study:
 
         with self._lock:
             content = {
-                "command": shlex.join(["python", "scripts/rsl_rl/study.py", *sys.argv[1:]]),
+                "command": f"{program.current().command} {shlex.join(sys.argv[1:])}".strip(),
                 "settings": self._settings,
                 "runs": [*self._others, *(job.record for job in self.jobs)],
             }

@@ -26,7 +26,7 @@ TIMEOUT_S = 600.0
 """Longest wait for another process, in s. One that ended is noticed at once; this is for one that hangs."""
 
 _VARIABLES = ("RANK", "LOCAL_RANK", "WORLD_SIZE", "LOCAL_WORLD_SIZE", "MASTER_ADDR", "MASTER_PORT")
-_LAUNCH = "torchrun --nproc_per_node=2 scripts/rsl_rl/train.py --distributed ..."
+_LAUNCH = "torchrun --nproc_per_node=2 -m lift_lab_cli train --distributed ..."
 
 
 class PeerError(LiftLabError, RuntimeError):

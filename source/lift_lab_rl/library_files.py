@@ -22,7 +22,7 @@ from lift_lab.utils.errors import ConfigError, FileError
 from .digest import damage
 
 RSL_RL, SKRL, SB3 = "rsl_rl", "skrl", "sb3"
-"""The libraries, by the names of their folders in ``scripts/``."""
+"""The libraries, by the names that ``--library`` takes."""
 
 _NAMES = {RSL_RL: "rsl_rl", SKRL: "skrl", SB3: "Stable-Baselines3"}
 
@@ -169,7 +169,10 @@ def refuse_other_library(path: str | Path, library: str, states: Any = None) -> 
     """
     found = SB3 if is_sb3_model(path) else _library_of(states)
     if found is not None and found != library:
-        raise ConfigError(f"'{path}' is a checkpoint of {_NAMES[found]}, not of {_NAMES[library]}: use scripts/{found}")
+        raise ConfigError(
+            f"'{path}' is a checkpoint of {_NAMES[found]}, not of {_NAMES[library]}: use lift-lab train or play with "
+            f"--library {found}"
+        )
 
 
 def is_sb3_model(path: str | Path) -> bool:

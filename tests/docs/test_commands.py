@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import torch
 
+from lift_lab_cli.main import COMMANDS, console
 from lift_lab_tasks.utils.hydra import compose
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,12 +49,20 @@ ELSEWHERE = {
 }
 """Commands that are not run here, and why."""
 
+PROGRAMS = {
+    **{name: f"scripts/rsl_rl/{name}.py" for name in ("train", "play", "evaluate", "study", "report")},
+    "list": "scripts/list_envs.py",
+    "benchmark": "scripts/benchmark.py",
+    "usd": "scripts/usd_info.py",
+}
+"""Commands of ``lift-lab`` that are also scripts."""
+
 
 def commands(page: str) -> list[str]:
     """Commands of a page: indented blocks, or blocks marked as bash where a page has those."""
     text = (ROOT / page).read_text().replace("\\\n", " ")
     if "```bash" not in text:
-        starts = ("    python ", "    pip ", "    tensorboard ")
+        starts = ("    python ", "    pip ", "    tensorboard ", "    lift-lab ")
         lines = [line for line in text.splitlines() if line.startswith(starts)]
     else:
         lines = "".join(re.findall(r"^```bash\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)).splitlines()
@@ -79,16 +88,20 @@ def place(tmp_path_factory):
 
 @pytest.fixture
 def run_script(place, monkeypatch, capsys):
-    """Runs a script of the checkout in this process; returns its exit status and what it printed."""
+    """Runs a script of the checkout, or a command of ``lift-lab``, in this process: exit status and what it printed."""
     threads = torch.get_num_threads()
     monkeypatch.chdir(place)
     monkeypatch.syspath_prepend(str(place))
 
     def call(script: str, *args: str):
-        monkeypatch.syspath_prepend(str((ROOT / script).parent))
-        monkeypatch.setattr(sys, "argv", [script, *args])
+        is_script = script.endswith(".py")
+        monkeypatch.setattr(sys, "argv", [script, *args] if is_script else ["lift-lab", script, *args])
         try:
-            runpy.run_path(str(ROOT / script), run_name="__main__")
+            if is_script:
+                monkeypatch.syspath_prepend(str((ROOT / script).parent))
+                runpy.run_path(str(ROOT / script), run_name="__main__")
+            else:
+                console()
             status = 0
         except SystemExit as ended:
             status = ended.code
@@ -116,15 +129,16 @@ def test_a_command_does_what_it_says(command, place, run_script):
         assert done.returncode == 0, done.stderr[-2000:]
         assert "Event statistics for" in done.stdout
         return
-    assert words[0] == "python", f"a new kind of command: {command}"
+    assert words[0] in ("python", "lift-lab"), f"a new kind of command: {command}"
     if words[1] == "balance.py":
         done = subprocess.run([sys.executable, *words[1:]], cwd=place, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[-2000:]
         return
     script, *args = words[1:]
-    kinds = [kind for kind in SMALLER if kind.split()[0] == Path(script).name and set(kind.split()[1:]) <= set(args)]
+    name = Path(PROGRAMS.get(script, script)).name
+    kinds = [kind for kind in SMALLER if kind.split()[0] == name and set(kind.split()[1:]) <= set(args)]
     assert kinds, f"say in SMALLER how to run {script} in little time"
-    if Path(script).name in ("evaluate.py", "play.py") and "--agent" not in args:
+    if name in ("evaluate.py", "play.py") and "--agent" not in args:
         trained(run_script, args[args.index("--task") + 1], place)
     status, printed = run_script(script, *args, *SMALLER[kinds[0]])
     if "--video" in args and "no OpenGL library was found" in printed:
@@ -143,7 +157,7 @@ def test_python_on_the_page_of_backends_runs(place):
 def test_overrides_on_the_page_of_backends_are_understood():
     for command in commands("docs/backends.md"):
         words = shlex.split(command)
-        assert (ROOT / words[1]).is_file()
+        assert (ROOT / PROGRAMS.get(words[1], words[1])).is_file()
         cfg, _ = compose(
             words[words.index("--task") + 1], "rsl_rl_cfg_entry_point", [word for word in words if "=" in word]
         )
@@ -157,15 +171,18 @@ OTHERS = sorted(
 
 
 def mentions(page: str) -> list[tuple[str, str]]:
-    """Scripts that a page tells to run, in a block or in a line of text, each with its arguments."""
+    """Scripts and commands that a page tells to run, in a block or in a line of text, each with its arguments."""
     text = (ROOT / page).read_text().replace("\\\n", " ")
-    return [(m[1], m[2]) for m in re.finditer(r"(scripts/[\w/]+\.py)((?: +[^\s`#|)]+)*)", text)]
+    found = re.finditer(
+        r"(?:(scripts/[\w/]+\.py)|(?:^    |[`'|(] ?)lift-lab ([a-z]\w+))((?: +[^\s`#|)]+)*)", text, re.M
+    )
+    return [(m[1] or m[2], m[3]) for m in found]
 
 
 @pytest.mark.parametrize("script", sorted({script for page in OTHERS for script, _ in mentions(page)}))
 def test_flags_tasks_and_overrides_of_the_other_pages_are_those_of_the_script(script, run_script):
     used = [args for page in OTHERS for name, args in mentions(page) if name == script]
-    assert (ROOT / script).is_file()
+    assert script in COMMANDS or (ROOT / script).is_file()
     flags = {flag for args in used for flag in re.findall(r"(?<!\S)\[?(--[a-z]\w+)", args)}
     if flags:
         status, printed = run_script(script, "--help")
@@ -181,5 +198,5 @@ def test_flags_tasks_and_overrides_of_the_other_pages_are_those_of_the_script(sc
 def test_every_page_shows_commands_and_each_is_run_or_accounted_for():
     assert {page for page, _ in ALL} == set(PAGES)
     assert set(ELSEWHERE) <= set(FIRST) | {"python -m pytest"}
-    assert {script for page in OTHERS for script, _ in mentions(page)} > {"scripts/usd_info.py"}
+    assert {script for page in OTHERS for script, _ in mentions(page)} & {"scripts/usd_info.py", "usd"}
     assert len(FIRST) > 12

@@ -62,7 +62,9 @@ def test_a_checkpoint_is_read_by_its_own_library_and_refused_by_the_others(files
     with pytest.raises(ConfigError) as caught:
         READERS[reader](files[owner])
     message = str(caught.value)
-    assert message.endswith(f"is a checkpoint of {NAMES[owner]}, not of {NAMES[reader]}: use scripts/{owner}")
+    assert message.endswith(
+        f"is a checkpoint of {NAMES[owner]}, not of {NAMES[reader]}: use lift-lab train or play with --library {owner}"
+    )
     assert str(files[owner]) in message
 
 

@@ -14,7 +14,6 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 def script(monkeypatch, capsys):
     """Runs a script in this process; returns exit status, output and errors."""
     threads = torch.get_num_threads()
-    monkeypatch.syspath_prepend(str(SCRIPTS))  # the modules of benchmark.py lie beside it
 
     def call(name, *args):
         monkeypatch.setattr(sys, "argv", [name, *map(str, args)])

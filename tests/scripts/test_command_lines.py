@@ -189,7 +189,7 @@ def test_tasks_are_listed(script):
         ("list_envs.py", ["-m"], "unknown flag '-m'"),
         ("rsl_rl/evaluate.py", [*SMALL, "--agent", "env_cfg_entry_point"], "'rsl_rl_cfg_entry_point'"),
         ("rsl_rl/evaluate.py", [*SMALL, "--json", "."], "cannot write '.': it is a folder"),
-        ("rsl_rl/evaluate.py", [*SMALL, "--perturb", "standard"], "which study.py makes"),
+        ("rsl_rl/evaluate.py", [*SMALL, "--perturb", "standard"], "several evaluations: use lift-lab study"),
         (
             "rsl_rl/evaluate.py",
             [*SMALL, "--perturb", "mass=2", "mass=3", "env.scene.num_envs=2"],

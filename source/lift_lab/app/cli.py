@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
-from . import children, endings, output
+from . import children, endings, output, program
 
 _DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 """What a full or failing disk answers."""
@@ -57,7 +57,8 @@ class Parser(argparse.ArgumentParser):
             "env.episode_length_s=10 env.rewards.NAME.weight=20 env.events.NAME=null agent.seed=1"
         )
         first = (description or "").strip().partition("\n\n")[0]
-        super().__init__(description=first, epilog=epilog if overrides else None, allow_abbrev=False)
+        name, epilog = program.current().name, epilog if overrides else None
+        super().__init__(name, description=first, epilog=epilog, allow_abbrev=False)
         self.settings: dict[str, tuple[str, ...]] = {}
         self.takes_overrides = overrides
         self.takes_multirun = overrides if multirun is None else multirun
@@ -84,7 +85,7 @@ class Parser(argparse.ArgumentParser):
         if self.takes_multirun and args.multirun:
             from .multirun import run_each
 
-            raise SystemExit(run_each([sys.argv[0], *(sys.argv[1:] if argv is None else argv)], rest))
+            raise SystemExit(run_each(sys.argv[1:] if argv is None else argv, rest))
         args.flag_settings = self._given_settings(args)
         return args, rest
 

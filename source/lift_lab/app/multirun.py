@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from lift_lab.utils.errors import ConfigError
 
+from . import program
 from .children import child_environment
 from .endings import number_of
 
@@ -51,21 +52,23 @@ def expand(overrides: Sequence[str]) -> list[list[str]]:
 
 
 def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
-    """Run this script once for each combination.
+    """Run the current program once for each combination.
 
     Args:
-        argv: the process's arguments, the script first.
+        argv: its arguments.
         overrides: those of them that are overrides.
 
     Returns:
         0, or the exit status of the first run that failed; the others run all the same.
     """
     jobs = expand(overrides)
-    flags = [text for text in argv[1:] if text not in overrides and text not in FLAGS]
+    flags = [text for text in argv if text not in overrides and text not in FLAGS]
     failed: list[tuple[int, int]] = []
     for number, job in enumerate(jobs, 1):
         print(f"[{number}/{len(jobs)}] {' '.join(job)}", flush=True)
-        process = subprocess.Popen([sys.executable, *_program(argv[0]), *flags, *job], env=child_environment())
+        process = subprocess.Popen(
+            [sys.executable, *program.current().python_arguments, *flags, *job], env=child_environment()
+        )
         try:
             status = process.wait()
         except KeyboardInterrupt as interrupt:
@@ -81,9 +84,3 @@ def run_each(argv: Sequence[str], overrides: Sequence[str]) -> int:
         print(f"{len(failed)} of {len(jobs)} runs failed: {numbers}", file=sys.stderr)
         return failed[0][1]
     return 0
-
-
-def _program(path: str) -> list[str]:
-    """Python's arguments that run a program again: its file, or its module if it was started with ``-m``."""
-    spec = getattr(sys.modules["__main__"], "__spec__", None)
-    return ["-m", spec.name] if spec is not None and spec.origin == path else [path]

@@ -90,8 +90,8 @@ class CurriculumTermCfg(ManagerTermBaseCfg):
     None."""
 
     training_only: bool = False
-    """Whether the term is only for training: ``evaluate.py`` and ``play.py`` leave it out, unless an override
-    names it."""
+    """Whether the term is only for training: ``lift-lab evaluate`` and ``lift-lab play`` leave it out, unless an
+    override names it."""
 
 
 @configclass

@@ -30,7 +30,7 @@ _MEASURES = (
     *("episodes", "seed", "success", "success_interval", "reward_mean", "reward_std"),
     *("time_to_success_s", "length_mean", "ends", "logs"),
 )
-"""What a card takes from evaluate.py's results."""
+"""What a card takes from the results of ``lift-lab evaluate``."""
 
 
 def write_pretrained(
@@ -43,7 +43,7 @@ def write_pretrained(
         checkpoint: ``model_N.pt`` of a run.
         folder: where to; made if need be.
         task: id of the task, for the card.
-        results: what ``evaluate.py --json`` wrote about this checkpoint; None leaves the card without.
+        results: what ``lift-lab evaluate --json`` wrote about this checkpoint; None leaves the card without.
 
     Returns:
         The files.
@@ -98,7 +98,7 @@ def _card(checkpoint: Path, content: dict[str, Any], task: str, results: dict[st
         return card
     wrong = [key for key in ("task", "checkpoint") if not isinstance(results, dict) or key not in results]
     if wrong:
-        raise FileError(f"these are no results of evaluate.py: no '{wrong[0]}'")
+        raise FileError(f"these are no results of lift-lab evaluate: no '{wrong[0]}'")
     if results["task"].removesuffix("-Play") != task or Path(results["checkpoint"]).resolve() != checkpoint.resolve():
         raise ConfigError(f"the results are of '{results['task']}', '{results['checkpoint']}', not of '{checkpoint}'")
     if results.get("perturb"):

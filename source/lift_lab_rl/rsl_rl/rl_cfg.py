@@ -247,8 +247,8 @@ class RslRlBaseRunnerCfg(ConfigBase):
     average_share: float = 0.0
     """Exponential moving average (EMA) of the policy's weights: share of the training so far that it covers (ours).
 
-    ``play.py`` and ``evaluate.py`` act with the average. 0: no average, they act with the last policy. Training itself
-    never uses the average.
+    ``lift-lab play`` and ``lift-lab evaluate`` act with the average. 0: no average, they act with
+    the last policy. Training itself never uses the average.
     """
 
     success_metric: str | None = None

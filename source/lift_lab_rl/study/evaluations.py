@@ -24,11 +24,11 @@ def load_results(path: str | Path) -> dict[str, Any]:
     content = read_json(path)
     runs = content.get("runs") if isinstance(content, dict) else None
     if not isinstance(runs, list):
-        raise FileError(f"'{path}' is no {RESULTS} of scripts/rsl_rl/study.py: it has no 'runs'")
+        raise FileError(f"'{path}' is no {RESULTS} of lift-lab study: it has no 'runs'")
     for run in runs:
         missing = [key for key in ("label", "seed") if not isinstance(run, dict) or key not in run]
         if missing:
-            raise FileError(f"'{path}' is no {RESULTS} of scripts/rsl_rl/study.py: a run has no '{missing[0]}'")
+            raise FileError(f"'{path}' is no {RESULTS} of lift-lab study: a run has no '{missing[0]}'")
         for entry in (run.get("evaluation") or {}, *(run.get("perturbed") or {}).values()):
             if entry and not (isinstance(entry.get("success"), dict) and "episodes" in entry):
                 raise FileError(f"'{path}': an evaluation of '{run['label']}' has no 'success' or no 'episodes'")

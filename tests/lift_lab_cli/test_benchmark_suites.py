@@ -9,14 +9,14 @@ from types import SimpleNamespace
 import pytest
 import torch
 
+from lift_lab_cli.benchmark import suites as suites_module
+
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
 @pytest.fixture
 def suites(monkeypatch):
     """The module of the suites; its measurements are made up: 100 steps/s and 1,000 bytes an environment."""
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    import benchmark_suites
 
     def one(args, overrides, num_envs, steps, more=None, environ=None):
         if num_envs > 1000:
@@ -26,8 +26,8 @@ def suites(monkeypatch):
         result = {"num_envs": num_envs, "decimation": 4, "env_memory_bytes": 1000 * num_envs, **speed}
         return result | ({"memory": memory} if more else {})
 
-    monkeypatch.setattr(benchmark_suites, "one", one)
-    return benchmark_suites
+    monkeypatch.setattr(suites_module, "one", one)
+    return suites_module
 
 
 def arguments(suite, tmp_path, **more):
@@ -114,10 +114,7 @@ def test_a_measurement_has_its_parts_and_a_memory_that_does_not_grow(monkeypatch
 def test_the_gpu_suite_runs_from_end_to_end_on_warps_cpu_device(monkeypatch, tmp_path):
     flags = ["--suite=gpu", "--device=cpu", "--sizes=2,4", "--steps=2", "--num_envs=4", "--train_seconds=60"]
     overrides = ["env.sim.physics=warp", "agent.max_iterations=2", "agent.save_interval=1"]
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    import benchmark_suites
-
-    monkeypatch.setattr(benchmark_suites, "EPISODES", 4)
+    monkeypatch.setattr(suites_module, "EPISODES", 4)
     monkeypatch.setattr(sys, "argv", ["benchmark.py", *flags, f"--json={tmp_path / 'gpu.json'}", *overrides])
     with pytest.raises(SystemExit) as ended:
         runpy.run_path(str(SCRIPTS / "benchmark.py"), run_name="__main__")

@@ -1,4 +1,4 @@
-"""Sets of measurements for scripts/benchmark.py, each in a process of its own.
+"""Sets of measurements for ``lift-lab benchmark``, each in a process of its own.
 
 ``scale``: speed and memory over the number of environments. ``startup``: where the time before the first step goes.
 ``gpu``: everything that a machine with a GPU is wanted for, in one call. Results are written after every measurement,
@@ -26,7 +26,9 @@ from rich.table import Table
 from lift_lab.utils.errors import ConfigError, LiftLabError
 from lift_lab_rl.files import write_atomically
 
-SCRIPTS = Path(__file__).parent
+PROGRAM = [sys.executable, "-m", "lift_lab_cli"]
+"""Runs the commands of this package in a process of their own."""
+
 SCALE_SIZES = [64, 256, 1024, 4096, 16384]
 GPU_SIZES = [1024, 4096, 16384]
 MEMORY_ENVS = 64
@@ -81,7 +83,7 @@ def scale(args: Any, overrides: list[str], results: Results) -> None:
 
 
 def startup(args: Any, overrides: list[str], results: Results) -> None:
-    """Where the time before the first step goes, and train.py to its first iteration; the best of three."""
+    """Where the time before the first step goes, and ``lift-lab train`` to its first iteration; the best of three."""
     sizes = args.sizes or [args.num_envs or 512]
     names = ("import_torch_s", "import_packages_s", "configure_s", "make_env_s", "scene_s", "compile_and_engine_s")
     names += ("managers_s", "startup_events_s", "first_reset_s", "first_step_s", "ready_s")
@@ -132,14 +134,14 @@ def one(
     more: list[str] | None = None,
     environ: dict[str, str] | None = None,
 ) -> dict[str, Any]:
-    """One run of benchmark.py in a process of its own: its results, or ``error``."""
+    """One run of ``lift-lab benchmark`` in a process of its own: its results, or ``error``."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "result.json"
         flags = [f"--num_envs={num_envs}", f"--steps={steps}", f"--seed={args.seed}", f"--json={file}", *(more or [])]
         flags += [*shared(args), *(text for text in overrides if not text.startswith("agent."))]
         begin = time.perf_counter()
         done = subprocess.run(
-            [sys.executable, str(SCRIPTS / "benchmark.py"), f"--task={args.task}", *flags],
+            [*PROGRAM, "benchmark", f"--task={args.task}", *flags],
             env=environ,
             capture_output=True,
             text=True,
@@ -162,7 +164,7 @@ def shared(args: Any) -> list[str]:
 
 
 def first_iteration_s(args: Any, overrides: list[str], num_envs: int) -> float:
-    """Seconds from starting train.py to the end of its first iteration."""
+    """Seconds from starting ``lift-lab train`` to the end of its first iteration."""
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
         process = start_training(args, overrides, num_envs, ["--max_iterations=1"], folder, dict(os.environ))
@@ -172,17 +174,17 @@ def first_iteration_s(args: Any, overrides: list[str], num_envs: int) -> float:
                 seconds = time.perf_counter() - begin
                 process.communicate()
                 return seconds
-        raise LiftLabError(f"train.py ended with status {process.wait()} before its first iteration")
+        raise LiftLabError(f"lift-lab train ended with status {process.wait()} before its first iteration")
 
 
 def start_training(
     args: Any, overrides: list[str], num_envs: int | None, more: list[str], folder: str, environ: dict[str, str]
 ) -> subprocess.Popen[str]:
-    """train.py as a process whose output is one stream of lines; its runs go below ``folder``."""
+    """``lift-lab train`` as a process whose output is one stream of lines; its runs go below ``folder``."""
     size = [] if num_envs is None else [f"--num_envs={num_envs}"]
     flags = [f"--task={args.task}", f"--seed={args.seed}", *size, *more, *shared(args), *overrides]
     return subprocess.Popen(
-        [sys.executable, str(SCRIPTS / "rsl_rl" / "train.py"), *flags],
+        [*PROGRAM, "train", *flags],
         cwd=folder,
         env={**environ, "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE,
@@ -246,14 +248,14 @@ def read_until(process: subprocess.Popen[str], end: float) -> list[str]:
 
 
 def success_of(args: Any, overrides: list[str], checkpoint: Path, environ: dict[str, str]) -> float:
-    """Share of successes of a checkpoint's policy in evaluate.py."""
+    """Share of successes of a checkpoint's policy in ``lift-lab evaluate``."""
     env_overrides = [text for text in overrides if not text.startswith("agent.save_interval=")]
     file = checkpoint.with_suffix(".json")
     flags = [f"--task={args.task}", f"--checkpoint={checkpoint}", f"--episodes={EPISODES}", f"--json={file}"]
-    command = [sys.executable, str(SCRIPTS / "rsl_rl" / "evaluate.py"), *flags, *shared(args), *env_overrides]
+    command = [*PROGRAM, "evaluate", *flags, *shared(args), *env_overrides]
     done = subprocess.run(command, env=environ, capture_output=True, text=True)
     if done.returncode != 0:
-        raise LiftLabError(f"evaluate.py: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
+        raise LiftLabError(f"lift-lab evaluate: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
     return json.loads(file.read_text())["success"][str(EPISODES)]
 
 

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Mapping
 from typing import Any
 
-from benchmark_profile import Clock, measured, step_parts
+from .step_profile import Clock, measured, step_parts
 
 ENGINE = ("physics", "search for failures", "resets: kinematics")
 """Parts of an environment step that are the engine's; the others are the environment's."""
