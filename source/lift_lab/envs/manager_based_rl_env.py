@@ -15,7 +15,7 @@ from lift_lab.managers import CommandManager, CurriculumManager, MetricsManager,
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.indexing import fill_rows, where_true
 
-from .arguments import action_tensor, new_cfg
+from .arguments import action_tensor, config_of_arguments
 from .common import VecEnvObs, VecEnvStepReturn
 from .frame_capture import render_view
 from .grad_mode import in_any_grad_mode
@@ -64,23 +64,32 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     observations that it returns, but before the resets. Only the rows of environments whose episode ended mean
     anything. Libraries' wrappers set it; it costs one more pass over the observation terms in such steps."""
 
-    def __init__(self, cfg: ManagerBasedRLEnvCfg | None = None, render_mode: str | None = None, **kwargs: Any):
+    def __init__(
+        self,
+        cfg: ManagerBasedRLEnvCfg | None = None,
+        render_mode: str | None = None,
+        num_envs: int | None = None,
+        device: str | None = None,
+        **kwargs: Any,
+    ):
         """Build the environment.
 
         Args:
             cfg: the config; None for a new one of ``env_cfg_entry_point``.
             render_mode: None, or ``"rgb_array"`` for frames.
+            num_envs: number of environments, in a copy of the config; None for the config's.
+            device: torch device, in a copy of the config; None for the config's.
             **kwargs: what the task was registered with.
 
         Raises:
             TypeError: the config lacks values; the message lists the path of each.
-            ConfigError: an unknown render mode, or something in the config that cannot be built.
+            ConfigError: an unknown argument or render mode, or something in the config that cannot be built.
         """
         modes = [mode for mode in self.metadata["render_modes"] if mode]
         if render_mode is not None and render_mode not in modes:
             raise ConfigError(f"unknown render_mode '{render_mode}': {suggest(render_mode, modes)}")
         self.render_mode = render_mode
-        super().__init__(new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg)
+        super().__init__(config_of_arguments(cfg, num_envs, device, kwargs))
         self.metadata = {**type(self).metadata, "render_fps": 1.0 / self.step_dt}
 
     def _create_buffers(self) -> None:

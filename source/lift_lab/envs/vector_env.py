@@ -13,7 +13,7 @@ from gymnasium.vector import VectorEnv
 
 from lift_lab.utils.errors import ConfigError, suggest
 
-from .arguments import new_cfg
+from .arguments import config_of_arguments
 from .manager_based_rl_env import ManagerBasedRLEnv
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class ManagerBasedRLVectorEnv(VectorEnv):
         num_envs: int | None = None,
         render_mode: str | None = None,
         observation_group: str | None = None,
+        device: str | None = None,
         **kwargs: Any,
     ):
         """Build the environment.
@@ -46,15 +47,14 @@ class ManagerBasedRLVectorEnv(VectorEnv):
             num_envs: number of environments; None for the config's.
             render_mode: None, or ``"rgb_array"`` for frames.
             observation_group: group to hand out alone; None for a dict of all groups.
+            device: torch device; None for the config's.
             **kwargs: what the task was registered with.
 
         Raises:
-            ConfigError: there is no config, or no group of that name.
+            ConfigError: there is no config, no group of that name, or an unknown argument.
         """
-        cfg = new_cfg(kwargs.get("env_cfg_entry_point")) if cfg is None else cfg.copy()
-        assert cfg is not None
-        if num_envs is not None:
-            cfg.scene.num_envs = num_envs
+        cfg = None if cfg is None else cfg.copy()
+        cfg = config_of_arguments(cfg, num_envs, device, kwargs, observation_group=True)
         self.env = ManagerBasedRLEnv(cfg, render_mode=render_mode)
         self.env.wants_final_obs = True
         self.num_envs = self.env.num_envs

@@ -324,3 +324,34 @@ def _cartpole():
     cfg = parse_env_cfg("lift_lab_tasks:Cartpole", device="cpu", num_envs=4)
     cfg.seed, cfg.sim.num_threads = 0, 1
     return cfg
+
+
+@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
+def test_make_takes_number_of_environments_and_device(arm, opened, make):
+    env = opened(make(arm, num_envs=3, device="cpu"))
+    rows = env.num_envs if make is gym.make_vec else env.unwrapped.num_envs
+    assert rows == 3
+    env.reset()
+    obs, *_ = env.step(torch.zeros(3, 2))
+    assert len(obs["policy"]) == 3
+
+
+def test_make_changes_a_copy_of_a_given_configuration(arm, opened, make_cfg):
+    cfg = make_cfg()
+    before = cfg.scene.num_envs
+    env = opened(gym.make(arm, cfg=cfg, num_envs=before + 1))
+    assert (env.unwrapped.num_envs, cfg.scene.num_envs) == (before + 1, before)
+    same = opened(gym.make(arm, cfg=cfg))
+    assert same.unwrapped.cfg is cfg
+
+
+@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
+def test_an_unknown_argument_of_make_is_named(arm, make):
+    with pytest.raises(ConfigError, match=r"unknown argument 'num_env' of an environment: did you mean 'num_envs'"):
+        make(arm, num_env=3)
+
+
+def test_arguments_that_a_task_is_registered_with_are_taken(arm, opened):
+    gym.registry["Arm"].kwargs["robot_name"] = "arm"
+    opened(gym.make(arm))
+    opened(gym.make(arm, robot_name="leg"))
