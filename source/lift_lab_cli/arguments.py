@@ -94,6 +94,9 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
     if training:
         parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
         library.add_training_flags(parser)
+        text = "write io_descriptors/IO_descriptors.yaml beside the run: what the policy reads and drives"
+        parser.add_argument("--export_io_descriptors", action="store_true", help=text)
+        parser.settings |= {"export_io_descriptors": ("env.export_io_descriptors",)}
         parser.add_argument("--ray-proc-id", "-rid", type=int, default=None, help=argparse.SUPPRESS)  # Isaac Lab's
         text = "make videos while training, in a process of their own"
         parser.add_argument("--video", action="store_true", help=text)

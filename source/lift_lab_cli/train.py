@@ -59,6 +59,7 @@ def main(library: Library | None = None) -> int:
     with distributed.group(place, getattr(settings.agent, "device", settings.env.sim.device)):
         folder = distributed.from_main(library.new_folder(settings, args) if place.is_main else None)
         settings.env.log_dir = str(folder)
+        settings.env.export_io_descriptors = settings.env.export_io_descriptors and place.is_main
         if place.is_distributed:
             seed = distributed.from_main(settings.seed)
             settings.seed = None if seed is None else seed + place.rank
@@ -68,6 +69,8 @@ def main(library: Library | None = None) -> int:
             env = _filmed(gym.make(args.task, cfg=settings.env), args, folder, say)
             training = library.training(env, run)
             say(str(env.unwrapped))
+            if settings.env.export_io_descriptors:
+                say(f"IO descriptors: {folder / 'io_descriptors' / 'IO_descriptors.yaml'}")
             training.begin(say)
             if place.is_main:
                 continues = checkpoint if library.continues_runs else None

@@ -47,8 +47,12 @@ def test_training_writes_models_curves_and_configurations(script, place):
 
 def test_a_run_that_is_continued_ends_with_the_bytes_of_one_that_never_stopped(script, place):
     train(script, "first_half", 2)
-    status, out, _ = train(script, "second_half", 4, "--resume", "--load_run", ".*_first_half")
+    more = ["--resume", "--load_run", ".*_first_half", "--export_io_descriptors"]
+    status, out, _ = train(script, "second_half", 4, *more)
     assert status == 0
+    described = runs(place, "second_half") / "io_descriptors" / "IO_descriptors.yaml"
+    assert f"IO descriptors: {described}" in out
+    assert described.is_file()
     assert "continuing the episodes of iteration 2" in out
     assert [line.split(" | ")[0] for line in out.splitlines() if " | left " in line] == ["3/4", "4/4"]
     files = [runs(place, name) / "model_4.pt" for name in ("whole", "second_half")]

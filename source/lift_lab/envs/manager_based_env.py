@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -24,6 +25,7 @@ from .common import VecEnvObs
 from .grad_mode import in_any_grad_mode
 from .manager_based_env_cfg import ManagerBasedEnvCfg
 from .state import ChangedSettings, env_state, load_env_state, named_objects
+from .utils.io_descriptors import io_descriptors, write_io_descriptors
 
 if TYPE_CHECKING:
     from lift_lab.sim.physics.base import Physics
@@ -41,7 +43,6 @@ _IGNORED = {
     "wait_for_textures": (True, "there are no rendered sensors"),
     "xr": (None, "there are no XR devices"),
     "teleop_devices": (None, "there are no teleoperation devices"),
-    "export_io_descriptors": (False, "there are no IO descriptors"),
 }
 """Fields of the config that have no effect: their default, and why."""
 
@@ -100,6 +101,8 @@ class ManagerBasedEnv(Stateful):
         else:
             cfg.seed = self.seed(cfg.seed)
         self._note_ignored()
+        if cfg.export_io_descriptors and cfg.log_dir is None:
+            raise ConfigError("env.export_io_descriptors writes into env.log_dir, which is None: set it")
         self.sim = SimulationContext(cfg.sim, self.auto_reset_failed)
         try:
             self._build()
@@ -129,6 +132,8 @@ class ManagerBasedEnv(Stateful):
         self.changed_settings = ChangedSettings(self._settings)
         self._plan_steps()
         self._apply_startup_events()
+        if self.cfg.export_io_descriptors:
+            logger.info("IO descriptors: %s", self.export_IO_descriptors())
 
     def _plan_steps(self) -> None:
         """Decide once what no step can change."""
@@ -169,6 +174,32 @@ class ManagerBasedEnv(Stateful):
         for name, (default, reason) in _IGNORED.items():
             if getattr(self.cfg, name) != default:
                 note_ignored(name, reason)
+
+    # -- what a policy needs to know
+
+    @property
+    def get_IO_descriptors(self) -> dict[str, Any]:
+        """What a policy reads and drives, as plain data with Isaac Lab's keys.
+
+        ``observations`` (the terms of the group "policy"), ``actions``, ``articulations`` (joint names and default
+        values) and ``scene`` (steps). A property with a verb in its name, as in Isaac Lab.
+        """
+        return io_descriptors(self)
+
+    def export_IO_descriptors(self, output_dir: str | Path | None = None) -> Path:
+        """Write :attr:`get_IO_descriptors` to ``IO_descriptors.yaml``.
+
+        Args:
+            output_dir: folder; None for ``io_descriptors`` in ``cfg.log_dir``.
+
+        Returns:
+            Path of the file.
+
+        Raises:
+            ConfigError: no folder is given and ``cfg.log_dir`` is None.
+            FileError: the file cannot be written.
+        """
+        return write_io_descriptors(self, output_dir)
 
     # -- what it is
 

@@ -197,16 +197,6 @@ DIRECT = Unsupported(
     },
 )
 
-DESCRIPTORS = Unsupported(
-    "envs",
-    "terms keep their descriptions to themselves; no file of them is written",
-    {
-        "envs.utils": "",
-        "envs.utils.io_descriptors": "generic_io_descriptor record_body_names record_dtype record_joint_names "
-        "record_joint_pos_offsets record_joint_vel_offsets record_shape",
-    },
-)
-
 GRIPPER_ACTIONS = Unsupported(
     "mdp",
     "mdp.{name}: surface grippers are not simulated; remove the action",

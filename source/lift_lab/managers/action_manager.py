@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -9,6 +10,7 @@ import torch
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import fill_rows
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor, formatted
 
 from ._table import render_table
 from ._term_managers import DebugVisTerm, ObjectTermManager
@@ -25,7 +27,7 @@ class ActionTerm(DebugVisTerm, ABC):
     Source: Isaac Lab's ``ActionTerm``.
     """
 
-    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_asset"})
+    unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_asset", "_IO_descriptor"})
 
     cfg: Any
     """The term's config."""
@@ -36,6 +38,12 @@ class ActionTerm(DebugVisTerm, ABC):
 
     _asset: Any
     """The scene entity that the actions drive."""
+
+    _IO_descriptor: GenericActionIODescriptor
+    """What :attr:`IO_descriptor` returned last."""
+
+    export_IO_descriptor: ClassVar[bool] = True
+    """Whether :attr:`ActionManager.get_IO_descriptors` holds the term."""
 
     def __init_subclass__(cls, **kwargs: Any):
         super().__init_subclass__(**kwargs)
@@ -65,6 +73,20 @@ class ActionTerm(DebugVisTerm, ABC):
     @abstractmethod
     def processed_actions(self) -> torch.Tensor:
         """The targets made from it, in the asset's units. Shape is (num_envs, number of targets)."""
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Description of the term. Sub-classes add what a program that applies the actions has to know."""
+        cls = type(self)
+        self._IO_descriptor = GenericActionIODescriptor(
+            name=re.sub(r"([a-z])([A-Z])", r"\1_\2", cls.__name__).lower(),
+            full_path=f"{cls.__module__}.{cls.__name__}",
+            description=" ".join((cls.__doc__ or "").split()),
+            shape=(self.action_dim,),
+            dtype=str(self.raw_actions.dtype),
+            export=self.export_IO_descriptor,
+        )
+        return self._IO_descriptor
 
     @abstractmethod
     def process_actions(self, actions: torch.Tensor) -> None:
@@ -133,6 +155,12 @@ class ActionManager(ObjectTermManager):
     def prev_action(self) -> torch.Tensor:
         """The action before it. Shape is (num_envs, total_action_dim)."""
         return self._prev_action
+
+    @property
+    def get_IO_descriptors(self) -> list[dict[str, Any]]:
+        """Descriptions of the terms as plain data, in the order of the action vector. A property, as in Isaac Lab."""
+        found = (formatted(term.IO_descriptor) for term in self._terms.values())
+        return [description for description in found if description]
 
     def process_action(self, action: torch.Tensor) -> None:
         """Store an action and hand each term its slice; called once each environment step.

@@ -16,6 +16,7 @@ import torch
 
 from lift_lab.utils.dict import class_to_dict
 from lift_lab.utils.errors import ConfigError, ConfigTypeError, NotCallableError, ShapeError, suggest
+from lift_lab.utils.io_descriptors import describe_observation, formatted
 from lift_lab.utils.modifiers import ModifierBase, ModifierCfg
 from lift_lab.utils.noise import NoiseModel, NoiseModelCfg
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 _GROUP_SETTINGS = tuple(field.name for field in dataclasses.fields(ObservationGroupCfg))
 
+_OVERLOADS = ("clip", "scale", "history_length", "flatten_history_dim")
+
 Observation = torch.Tensor | dict[str, torch.Tensor]
 """What a group returns: one tensor, or one for each term."""
 
@@ -41,7 +44,7 @@ class ObservationManager(ManagerBase):
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
         {"_group_obs_term_names", "_group_obs_dim", "_group_obs_term_dim", "_group_obs_term_cfgs"}
-        | {"_group_obs_concatenate", "_group_obs_concatenate_dim"}
+        | {"_group_obs_concatenate", "_group_obs_concatenate_dim", "_raw_values"}
     )
 
     def __init__(self, cfg: object, env: ManagerBasedEnv):
@@ -204,7 +207,34 @@ class ObservationManager(ManagerBase):
             for group, names in self._group_obs_term_names.items()
         }
 
+    @property
+    def get_IO_descriptors(self) -> dict[str, list[dict[str, Any]]]:
+        """Descriptions of the terms of the group "policy" as plain data, in order. A property, as in Isaac Lab."""
+        names = self._group_obs_term_names.get("policy")
+        return {} if names is None else {"policy": [self.describe_term("policy", name) for name in names]}
+
+    def describe_term(self, group_name: str, term_name: str) -> dict[str, Any]:
+        """Description of a term as plain data, with Isaac Lab's keys.
+
+        ``overloads`` holds the clip, the scale and the history of its config. ``shape`` is that of its function's
+        value in one environment, before history.
+        """
+        index = self._group_obs_term_names[group_name].index(term_name)
+        cfg = self._group_obs_term_cfgs[group_name][index]
+        function: Any = cfg.func
+        if isinstance(function, ManagerTermBase):  # a call may change its state
+            value = self._raw_values[f"{group_name}/{term_name}"]
+        else:
+            value = function(self._env, **cfg.params)
+        descriptor = describe_observation(function, self._env, cfg.params, value)
+        overloads: dict[str, Any] = {name: getattr(cfg, name) for name in _OVERLOADS}
+        overloads["modifiers"] = cfg.modifiers and [
+            {"func": m.func if inspect.isroutine(m.func) else type(m.func), "params": m.params} for m in cfg.modifiers
+        ]
+        return formatted(descriptor, overloads)
+
     def _prepare_terms(self) -> None:
+        self._raw_values: dict[str, torch.Tensor] = {}  # without data: shapes and types of what the functions return
         self._group_obs_term_names: dict[str, list[str]] = {}
         self._group_obs_term_dim: dict[str, list[tuple[int, ...]]] = {}
         self._group_obs_term_cfgs: dict[str, list[ObservationTermCfg]] = {}
@@ -233,7 +263,9 @@ class ObservationManager(ManagerBase):
         if group_cfg.history_length is not None:
             cfg.history_length = group_cfg.history_length
             cfg.flatten_history_dim = group_cfg.flatten_history_dim
-        shape = tuple(cfg.func(self._env, **cfg.params).shape)  # type: ignore[operator]
+        value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]
+        self._raw_values[path] = torch.empty_like(value, device="meta")
+        shape = tuple(value.shape)
         if isinstance(cfg.func, ManagerTermBase):
             cfg.func.reset()  # the call above may have changed its state
             self._resettable.append(cfg.func)

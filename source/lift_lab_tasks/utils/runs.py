@@ -50,7 +50,7 @@ _NO_MATTER = {
         *("run_name", "experiment_name", "logger", "wandb_project", "neptune_project"),
         *("num_threads", "success_metric", "check_for_nan"),
     },
-    "env": {"viewer", "log_dir", "sim.num_threads"},
+    "env": {"viewer", "log_dir", "export_io_descriptors", "sim.num_threads"},
 }
 """Settings in which a continued run may differ from the one it continues."""
 
@@ -106,7 +106,7 @@ def discard_unused(folder: Path) -> None:
     """
     with contextlib.suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        if "params" not in names or names == {"params"}:
+        if "params" not in names or names <= {"params", "io_descriptors"}:
             shutil.rmtree(folder)
             discard_empty_parents(folder)
 

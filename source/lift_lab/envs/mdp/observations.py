@@ -13,6 +13,15 @@ import torch
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.indexing import columns
+from lift_lab.utils.io_descriptors import (
+    generic_io_descriptor,
+    record_body_names,
+    record_dtype,
+    record_joint_names,
+    record_joint_pos_offsets,
+    record_joint_vel_offsets,
+    record_shape,
+)
 
 if TYPE_CHECKING:
     from lift_lab.assets import Articulation, RigidObject
@@ -46,39 +55,49 @@ __all__ = [
     "root_quat_w",
 ]
 
+_TENSOR = [record_shape, record_dtype]
+_BODIES = [*_TENSOR, record_body_names]
+_JOINTS = [*_TENSOR, record_joint_names]
+
 # -- root state
 
 
+@generic_io_descriptor(units="m", axes=["Z"], observation_type="RootState", on_inspect=_TENSOR)
 def base_pos_z(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root height in the world frame in m. Shape is (num_envs, 1)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.root_pos_w[:, 2:3]
 
 
+@generic_io_descriptor(units="m/s", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def base_lin_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root linear velocity in the root frame in m/s. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.root_lin_vel_b
 
 
+@generic_io_descriptor(units="rad/s", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def base_ang_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root angular velocity in the root frame in rad/s. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.root_ang_vel_b
 
 
+@generic_io_descriptor(units="unit", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def projected_gravity(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Unit vector of gravity in the root frame. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.projected_gravity_b
 
 
+@generic_io_descriptor(units="m", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def root_pos_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root position in the environment's frame (world axes, origin of the environment) in m. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.root_pos_w - env.scene.env_origins
 
 
+@generic_io_descriptor(units="unit", axes=["W", "X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def root_quat_w(
     env: ManagerBasedEnv, make_quat_unique: bool = False, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
 ) -> torch.Tensor:
@@ -94,12 +113,14 @@ def root_quat_w(
     return math_utils.quat_unique(quat) if make_quat_unique else quat
 
 
+@generic_io_descriptor(units="m/s", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def root_lin_vel_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root linear velocity in the world frame in m/s. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
     return asset.data.root_lin_vel_w
 
 
+@generic_io_descriptor(units="rad/s", axes=["X", "Y", "Z"], observation_type="RootState", on_inspect=_TENSOR)
 def root_ang_vel_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Root angular velocity in the world frame in rad/s. Shape is (num_envs, 3)."""
     asset: RigidObject = env.scene[asset_cfg.name]
@@ -109,6 +130,7 @@ def root_ang_vel_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntity
 # -- body state
 
 
+@generic_io_descriptor(observation_type="BodyState", on_inspect=_BODIES)
 def body_pose_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Poses (position in m, quaternion wxyz) of the chosen bodies in the environment's frame.
 
@@ -121,6 +143,7 @@ def body_pose_w(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg
     return torch.cat((position, quat), dim=-1).reshape(env.num_envs, -1)
 
 
+@generic_io_descriptor(observation_type="BodyState", on_inspect=_BODIES)
 def body_projected_gravity_b(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Unit vector of gravity in the frame of each chosen body. Shape is (num_envs, 3 * num_bodies)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -132,12 +155,14 @@ def body_projected_gravity_b(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = S
 # -- joint state
 
 
+@generic_io_descriptor(units="rad", observation_type="JointState", on_inspect=_JOINTS)
 def joint_pos(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Positions of the chosen joints in rad or m. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
     return columns(asset.data.joint_pos, asset_cfg.joint_ids)
 
 
+@generic_io_descriptor(units="rad", observation_type="JointState", on_inspect=[*_JOINTS, record_joint_pos_offsets])
 def joint_pos_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Positions of the chosen joints less their defaults in rad or m. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -145,6 +170,7 @@ def joint_pos_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityC
     return columns(asset.data.joint_pos, ids) - columns(asset.data.default_joint_pos, ids)
 
 
+@generic_io_descriptor(observation_type="JointState", on_inspect=_JOINTS)
 def joint_pos_limit_normalized(
     env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")
 ) -> torch.Tensor:
@@ -155,12 +181,14 @@ def joint_pos_limit_normalized(
     return math_utils.scale_transform(position, limits[..., 0], limits[..., 1])
 
 
+@generic_io_descriptor(units="rad/s", observation_type="JointState", on_inspect=_JOINTS)
 def joint_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Velocities of the chosen joints in rad/s or m/s. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
     return columns(asset.data.joint_vel, asset_cfg.joint_ids)
 
 
+@generic_io_descriptor(units="rad/s", observation_type="JointState", on_inspect=[*_JOINTS, record_joint_vel_offsets])
 def joint_vel_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Velocities of the chosen joints less their defaults in rad/s or m/s. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -168,6 +196,7 @@ def joint_vel_rel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityC
     return columns(asset.data.joint_vel, ids) - columns(asset.data.default_joint_vel, ids)
 
 
+@generic_io_descriptor(units="N.m", observation_type="JointState", on_inspect=_JOINTS)
 def joint_effort(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
     """Efforts that act on the chosen joints in N m or N. Shape is (num_envs, num_joints)."""
     asset: Articulation = env.scene[asset_cfg.name]
@@ -177,24 +206,28 @@ def joint_effort(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCf
 # -- inertial measurement
 
 
+@generic_io_descriptor(units="unit", axes=["W", "X", "Y", "Z"], observation_type="Sensor", on_inspect=_TENSOR)
 def imu_orientation(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
     """Orientation of an IMU (w, x, y, z) in the world frame. Shape is (num_envs, 4)."""
     sensor: Imu = env.scene[asset_cfg.name]
     return sensor.data.quat_w
 
 
+@generic_io_descriptor(units="unit", axes=["X", "Y", "Z"], observation_type="Sensor", on_inspect=_TENSOR)
 def imu_projected_gravity(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
     """Unit vector of gravity in an IMU's frame. Shape is (num_envs, 3)."""
     sensor: Imu = env.scene[asset_cfg.name]
     return sensor.data.projected_gravity_b
 
 
+@generic_io_descriptor(units="rad/s", axes=["X", "Y", "Z"], observation_type="Sensor", on_inspect=_TENSOR)
 def imu_ang_vel(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
     """Angular velocity in an IMU's frame in rad/s. Shape is (num_envs, 3)."""
     sensor: Imu = env.scene[asset_cfg.name]
     return sensor.data.ang_vel_b
 
 
+@generic_io_descriptor(units="m/s^2", axes=["X", "Y", "Z"], observation_type="Sensor", on_inspect=_TENSOR)
 def imu_lin_acc(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("imu")) -> torch.Tensor:
     """Acceleration that an IMU measures, in its frame in m/s^2. Shape is (num_envs, 3)."""
     sensor: Imu = env.scene[asset_cfg.name]
@@ -204,6 +237,7 @@ def imu_lin_acc(env: ManagerBasedEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg
 # -- actions, commands and time
 
 
+@generic_io_descriptor(observation_type="Action", on_inspect=_TENSOR)
 def last_action(env: ManagerBasedEnv, action_name: str | None = None) -> torch.Tensor:
     """The raw action of this step, of one term or (None) of all. Shape is (num_envs, action_dim)."""
     if action_name is None:
@@ -211,16 +245,19 @@ def last_action(env: ManagerBasedEnv, action_name: str | None = None) -> torch.T
     return env.action_manager.get_term(action_name).raw_actions
 
 
+@generic_io_descriptor(observation_type="Command", on_inspect=_TENSOR)
 def generated_commands(env: ManagerBasedRLEnv, command_name: str) -> torch.Tensor:
     """The command of a term of the command manager. Shape is (num_envs, command_dim)."""
     return env.command_manager.get_command(command_name)
 
 
+@generic_io_descriptor(units="s", observation_type="Time", on_inspect=_TENSOR)
 def current_time_s(env: ManagerBasedRLEnv) -> torch.Tensor:
     """Time since the start of the episode in s. Shape is (num_envs, 1)."""
     return env.episode_length_buf.unsqueeze(1) * env.step_dt
 
 
+@generic_io_descriptor(units="s", observation_type="Time", on_inspect=_TENSOR)
 def remaining_time_s(env: ManagerBasedRLEnv) -> torch.Tensor:
     """Time left until the episode times out in s. Shape is (num_envs, 1)."""
     return env.max_episode_length_s - env.episode_length_buf.unsqueeze(1) * env.step_dt

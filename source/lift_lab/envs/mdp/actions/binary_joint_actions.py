@@ -8,6 +8,7 @@ import torch
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import compact_index, fill_rows
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .joint_actions import clip_limits, clipped
@@ -84,6 +85,26 @@ class BinaryJointAction(StoredAction):
         """1."""
         return 1
 
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``joint_names``, and the two commands and when the gripper closes in ``extras``."""
+        descriptor = super().IO_descriptor
+        descriptor.action_type, descriptor.joint_names = "JointAction", list(self._joint_names)
+        open_command, close_command = (
+            clipped(command, None if self._clip is None else self._clip[0])
+            for command in (self._open_command, self._close_command)
+        )
+        descriptor.extras |= {
+            "open_command": open_command.tolist(),
+            "close_command": close_command.tolist(),
+            "closes_when": self._closes_when,
+        }
+        return descriptor
+
+    @property
+    def _closes_when(self) -> str:
+        return "action < 0"
+
     def process_actions(self, actions: torch.Tensor) -> None:
         """Choose the open or closed targets."""
         self._raw_actions.copy_(actions)
@@ -133,6 +154,10 @@ class AbsBinaryJointPositionAction(BinaryJointPositionAction):
     """Opens where the action is above a threshold (or below it, with ``positive_threshold=False``)."""
 
     cfg: actions_cfg.AbsBinaryJointPositionActionCfg
+
+    @property
+    def _closes_when(self) -> str:
+        return f"action {'<=' if self.cfg.positive_threshold else '>='} {self.cfg.threshold:g}"
 
     def _is_closed(self, actions: torch.Tensor) -> torch.Tensor:
         return ~(actions > self.cfg.threshold if self.cfg.positive_threshold else actions < self.cfg.threshold)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import torch
 
 from lift_lab.utils.indexing import columns, compact_index, fill_rows
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .stored_action import StoredAction
@@ -57,6 +58,11 @@ def clipped(values: torch.Tensor, limits: torch.Tensor | None) -> torch.Tensor:
     return values if limits is None else values.clamp(limits[..., 0], limits[..., 1])
 
 
+def first_row(values: torch.Tensor | float | None) -> Any:
+    """Numbers of the first environment as a list; a single number, or None, as it is."""
+    return values[0].tolist() if isinstance(values, torch.Tensor) else values
+
+
 class JointAction(StoredAction):
     """Base of the joint actions: ``processed = clip(raw * scale + offset)``, one column for each joint.
 
@@ -93,6 +99,15 @@ class JointAction(StoredAction):
     def action_dim(self) -> int:
         """Number of joints."""
         return self._num_joints
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``joint_names``, and ``scale``, ``offset`` and ``clip`` of the first environment."""
+        descriptor = super().IO_descriptor
+        descriptor.action_type, descriptor.joint_names = "JointAction", list(self._joint_names)
+        descriptor.scale, descriptor.offset = first_row(self._scale), first_row(self._offset)
+        descriptor.clip = first_row(self._clip)
+        return descriptor
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action."""

@@ -8,8 +8,9 @@ import torch
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import columns, compact_index
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor
 
-from .joint_actions import clip_limits, clipped, values_of_names
+from .joint_actions import clip_limits, clipped, first_row, values_of_names
 from .stored_action import StoredAction
 
 if TYPE_CHECKING:
@@ -49,6 +50,17 @@ class JointPositionToLimitsAction(StoredAction):
         """Number of joints."""
         return self._num_joints
 
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``joint_names``, ``scale`` and ``clip``, and the limits in ``extras``."""
+        descriptor = super().IO_descriptor
+        descriptor.action_type, descriptor.joint_names = "JointAction", list(self._joint_names)
+        descriptor.scale, descriptor.offset, descriptor.clip = first_row(self._scale), 0.0, first_row(self._clip)
+        lower, upper = self._limits()
+        limits = {"lower": first_row(lower), "upper": first_row(upper)}
+        descriptor.extras |= {"rescale_to_limits": self.cfg.rescale_to_limits, **limits}
+        return descriptor
+
     def process_actions(self, actions: torch.Tensor) -> None:
         """Compute the position targets."""
         self._raw_actions[:] = actions
@@ -86,6 +98,13 @@ class EMAJointPositionToLimitsAction(JointPositionToLimitsAction):
         if bool(((weights < 0.0) | (weights > 1.0)).any()):
             raise ConfigError(f"the moving average's weight alpha must be within [0, 1], got {cfg.alpha}")
         self._previous = torch.zeros_like(self._processed_actions)
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``alpha``, the weight of a new target."""
+        descriptor = super().IO_descriptor
+        descriptor.alpha = first_row(self._alpha)
+        return descriptor
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Compute the position targets."""

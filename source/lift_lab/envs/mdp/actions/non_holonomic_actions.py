@@ -9,8 +9,9 @@ import torch
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import compact_index
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor
 
-from .joint_actions import clip_limits, clipped
+from .joint_actions import clip_limits, clipped, first_row
 from .stored_action import StoredAction
 
 if TYPE_CHECKING:
@@ -61,6 +62,18 @@ class NonHolonomicAction(StoredAction):
     def action_dim(self) -> int:
         """2: forward speed and yaw rate."""
         return 2
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``scale``, ``offset``, ``clip``, ``body_name`` and the names of the joints."""
+        descriptor = super().IO_descriptor
+        descriptor.action_type, descriptor.body_name = "non holonomic actions", self._asset.body_names[self._body_idx]
+        descriptor.scale, descriptor.offset = first_row(self._scale), first_row(self._offset)
+        descriptor.clip = first_row(self._clip)
+        cfg = self.cfg
+        descriptor.x_joint_name, descriptor.y_joint_name = cfg.x_joint_name, cfg.y_joint_name
+        descriptor.yaw_joint_name = cfg.yaw_joint_name
+        return descriptor
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale, offset and clip the action; ``clip`` names its columns ``forward`` and ``yaw``."""

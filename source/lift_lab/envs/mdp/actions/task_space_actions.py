@@ -11,6 +11,7 @@ from lift_lab.controllers import DifferentialIKController, OperationalSpaceContr
 from lift_lab.utils import math as math_utils
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import columns
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor
 
 from ._end_effector import EndEffector
 from .joint_actions import clip_limits, clipped
@@ -59,6 +60,16 @@ class DifferentialInverseKinematicsAction(StoredAction):
     def action_dim(self) -> int:
         """Size of the controller's command."""
         return self._ik_controller.action_dim
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``body_name``, ``joint_names``, ``scale`` and ``clip``, and controller and offset in ``extras``."""
+        descriptor = super().IO_descriptor
+        descriptor.action_type = "TaskSpaceAction"
+        descriptor.body_name, descriptor.joint_names = self._end_effector.body_name, self._end_effector.joint_names
+        descriptor.scale, descriptor.clip = self._scale, self.cfg.clip
+        descriptor.extras |= {"controller_cfg": self.cfg.controller, "body_offset": self.cfg.body_offset}
+        return descriptor
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale and clip the action and command the controller.
@@ -180,6 +191,19 @@ class OperationalSpaceControllerAction(StoredAction):
     def action_dim(self) -> int:
         """Size of the controller's command."""
         return self._osc.action_dim
+
+    @property
+    def IO_descriptor(self) -> GenericActionIODescriptor:
+        """Adds ``body_name``, ``joint_names`` and the scales, and controller and offset in ``extras``."""
+        cfg, descriptor = self.cfg, super().IO_descriptor
+        descriptor.action_type = "TaskSpaceAction"
+        descriptor.body_name, descriptor.joint_names = self._end_effector.body_name, self._end_effector.joint_names
+        descriptor.position_scale, descriptor.orientation_scale = cfg.position_scale, cfg.orientation_scale
+        descriptor.wrench_scale, descriptor.stiffness_scale = cfg.wrench_scale, cfg.stiffness_scale
+        descriptor.damping_ratio_scale = cfg.damping_ratio_scale
+        descriptor.nullspace_joint_pos_target, descriptor.clip = cfg.nullspace_joint_pos_target, cfg.clip
+        descriptor.extras |= {"controller_cfg": cfg.controller_cfg, "body_offset": cfg.body_offset}
+        return descriptor
 
     def process_actions(self, actions: torch.Tensor) -> None:
         """Scale the action and command the controller."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.managers import SceneEntityCfg
+from lift_lab.utils.io_descriptors import generic_io_descriptor
 from lift_lab.utils.math import quat_apply_inverse
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
 
 
+@generic_io_descriptor(units="m", axes=["X", "Y", "Z"], observation_type="RootState")
 def object_position_in_robot_root_frame(
     env: ManagerBasedRLEnv,
     robot_cfg: SceneEntityCfg = SceneEntityCfg("robot"),

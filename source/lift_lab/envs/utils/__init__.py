@@ -1,0 +1,1 @@
+"""Helpers of environments, at Isaac Lab's module paths."""
