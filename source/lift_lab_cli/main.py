@@ -28,6 +28,7 @@ COMMANDS = {
     "list": Command("list_envs", "list the tasks"),
     "describe": Command("describe", "show what a task is made of"),
     "benchmark": Command("benchmark", "measure how fast a task runs"),
+    "demo": Command("demo", "show a pretrained policy at work, in a browser or as a film"),
     "usd": Command("usd_info", "import a USD file and report what the importer made of it"),
 }
 """Sub-commands by name, in the order of the help text."""

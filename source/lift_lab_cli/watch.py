@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,13 @@ def check_watching_flags(parser: cli.Parser, args: argparse.Namespace) -> None:
             parser.error(f"--agent {args.agent} needs no --{name}")
 
 
-def watch(args: argparse.Namespace, overrides: list[str]) -> int:
+def watch(args: argparse.Namespace, overrides: list[str], ready: Callable[[str], None] | None = None) -> int:
     """Show a policy.
+
+    Args:
+        args: flags of ``play``.
+        overrides: in hydra's grammar.
+        ready: is called with the viewer's address once the page can be opened.
 
     Raises:
         LiftLabError: flags that do not go together, a port that is taken, viser missing, no checkpoint, ...
@@ -57,12 +63,12 @@ def watch(args: argparse.Namespace, overrides: list[str]) -> int:
         return _run(args, overrides, None)
     server = open_server(DEFAULT_PORT if args.port is None else args.port, args.task)
     try:
-        return _run(args, overrides, server)
+        return _run(args, overrides, server, ready)
     finally:
         server.stop()
 
 
-def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
+def _run(args: argparse.Namespace, overrides: list[str], server, ready: Callable[[str], None] | None = None) -> int:
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
@@ -92,7 +98,10 @@ def _run(args: argparse.Namespace, overrides: list[str], server) -> int:
             print(f"replay: {args.replay} ({size / 1e6:.1f} MB)")
             return 0
         session = ViewerSession(env, policy, server, args.task)
-        print(f"viewer: http://127.0.0.1:{server.get_port()} (Ctrl-C ends it)", flush=True)
+        address = f"http://127.0.0.1:{server.get_port()}"
+        print(f"viewer: {address} (Ctrl-C ends it)", flush=True)
+        if ready is not None:
+            ready(address)
         with endings.handled(session.stop):
             session.run(args.steps)
         print(f"{session.steps} steps of {env.num_envs} environments")

@@ -5,6 +5,6 @@ Importing this package loads neither viser nor trimesh; opening a server does.
 
 from .body_layer import BodyLayer
 from .marker_layer import MarkerLayer
-from .server import DEFAULT_PORT, ViewerError, open_server, require_viser
+from .server import DEFAULT_PORT, ViewerError, is_free, open_server, require_viser
 
-__all__ = ["DEFAULT_PORT", "BodyLayer", "MarkerLayer", "ViewerError", "open_server", "require_viser"]
+__all__ = ["DEFAULT_PORT", "BodyLayer", "MarkerLayer", "ViewerError", "is_free", "open_server", "require_viser"]

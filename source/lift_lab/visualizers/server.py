@@ -46,7 +46,8 @@ def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.Vis
     require_viser()
     if not 0 <= port <= 65535:
         raise ViewerError(f"port {port} is no port: choose one from 1 to 65535, or 0 for any free one")
-    _check_free(port)
+    if port and not is_free(port):  # viser would silently take the next one
+        raise ViewerError(_taken(port))
 
     import viser
 
@@ -64,16 +65,15 @@ def open_server(port: int = DEFAULT_PORT, label: str | None = None) -> viser.Vis
     return server
 
 
-def _check_free(port: int) -> None:
-    """viser would silently take the next port."""
-    if not port:
-        return
+def is_free(port: int) -> bool:
+    """Whether the server could listen on a port of this machine now."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((HOST, port))
-        except OSError as error:
-            raise ViewerError(_taken(port)) from error
+        except OSError:
+            return False
+    return True
 
 
 def _taken(port: int) -> str:
