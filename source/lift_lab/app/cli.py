@@ -119,6 +119,9 @@ def run(main: Callable[[], int | None]) -> None:
     Args:
         main: returns the exit status, None for 0.
     """
+    if sys.platform == "win32":  # locks, signals and the sandbox of USD files need POSIX
+        print("error: lift_lab does not run on Windows itself: use WSL 2 (docs/install.md)", file=sys.stderr)
+        raise SystemExit(USAGE_ERROR)
     children.follow_parent()
     is_ignored = endings.is_ignored(endings.HANGUP)
     with output.guarded() as (out, _):
