@@ -14,6 +14,7 @@ from . import mdp
 from .common import ViewerCfg
 
 __all__ = [
+    "DefaultEventManagerCfg",
     "ManagerBasedEnvCfg",
 ]
 

@@ -72,10 +72,10 @@ FRANKA_PANDA_CFG = ArticulationCfg(
 
 
 FRANKA_PANDA_HIGH_PD_CFG = FRANKA_PANDA_CFG.copy()
+"""Panda for task-space control, for instance with differential inverse kinematics.
+
+The shoulder and forearm have Isaac Lab's gains, 400 N m/rad and 80 N m s/rad. The arm follows a moving joint target
+with a lag of damping / stiffness: 0.2 s instead of the 0.4 s of :obj:`FRANKA_PANDA_CFG`.
+"""
 FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_shoulder"].damping = 80.0
 FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_forearm"].damping = 80.0
-"""The Panda for task-space control, for instance with differential inverse kinematics.
-
-Isaac Lab's own 400 N m/rad and 80 N m s/rad: the arm follows a moving joint target with a lag of damping /
-stiffness, 0.2 s instead of :obj:`FRANKA_PANDA_CFG`'s 0.4 s.
-"""

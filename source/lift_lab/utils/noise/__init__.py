@@ -34,5 +34,8 @@ __all__ = [
 ]
 
 ConstantBiasNoiseCfg = ConstantNoiseCfg
+"""Older name of :class:`ConstantNoiseCfg` in Isaac Lab."""
 AdditiveUniformNoiseCfg = UniformNoiseCfg
+"""Older name of :class:`UniformNoiseCfg` in Isaac Lab."""
 AdditiveGaussianNoiseCfg = GaussianNoiseCfg
+"""Older name of :class:`GaussianNoiseCfg` in Isaac Lab."""

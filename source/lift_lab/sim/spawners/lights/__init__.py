@@ -7,6 +7,7 @@ from .lights_cfg import (
     DomeLightCfg,
     LightCfg,
     SphereLightCfg,
+    spawn_light,
 )
 
 __all__ = [
@@ -16,4 +17,5 @@ __all__ = [
     "DomeLightCfg",
     "LightCfg",
     "SphereLightCfg",
+    "spawn_light",
 ]
