@@ -60,7 +60,9 @@ def anchors(page: Path) -> frozenset[str]:
             given = re.search(r"\{[^}]*#([\w-]+)[^}]*\}", block.text)
             slug = given[1] if given else slugify(block.text)
             names.append(slug if slug not in names else f"{slug}_{sum(name.startswith(slug) for name in names)}")
-    ids = re.findall(r"<a\s+(?:id|name)=\"([^\"]+)\"", text) + re.findall(r"^::: ([\w.]+)", text, flags=re.MULTILINE)
+    ids = re.findall(r"(?:<a\s+(?:id|name)=\"|\*\*\{ ?:? ?#)([\w.-]+)", text) + re.findall(
+        r"^::: ([\w.]+)", text, flags=re.MULTILINE
+    )
     return frozenset([*names, *ids])
 
 

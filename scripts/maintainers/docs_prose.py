@@ -253,5 +253,5 @@ def _plain(text: str) -> str:
         text = re.sub(r"!?\[([^\[\]]*)\](?:\([^()\s]*(?:\([^()]*\))?[^()]*\)|\[[^\]]*\])", r"\1", text)
     text = re.sub(r"<(https?:[^>\s]+)>", r"\1", text)
     text = re.sub(r"</?[a-zA-Z][^>]*>", " ", text)
-    text = re.sub(r"\{[:#.][^}]*\}", "", text)
+    text = re.sub(r"\{ ?[:#.][^}]*\}", "", text)
     return re.sub(r"\x00(\d+)\x01", lambda number: codes[int(number[1])], text)
