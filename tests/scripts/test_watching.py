@@ -122,10 +122,13 @@ def test_without_an_opengl_library_one_line_says_so_and_the_rest_is_done(script,
     small = ["--task", "Cartpole", "--device", "cpu", "--num_threads", 1, "--num_envs", 4]
     if name == "play.py":
         script("rsl_rl/train.py", *small, "--max_iterations", 1)
-    # the process that draws has only the library of windows, and no display
-    monkeypatch.setenv("MUJOCO_GL", "glfw")
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    libraries = tmp_path / "libraries"
+    libraries.mkdir()
+    for library in ("libEGL.so", "libEGL.so.1"):  # found first by the process that draws, and no libraries
+        (libraries / library).write_bytes(b"")
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(libraries))
+    for variable in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
     more = ["--steps", 2] if name == "play.py" else ["--max_iterations", 1, "--video_length", 2]
     status, out, err = script(f"rsl_rl/{name}", *small, "--video", *more)
     (line,) = [line for line in (out + err).splitlines() if line.startswith("warning: ")]

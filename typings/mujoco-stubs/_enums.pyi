@@ -273,6 +273,20 @@ class mjtPassthrough(Enum):
 class mjtProjection(Enum):
     mjPROJ_PERSPECTIVE: ClassVar[mjtProjection]
     mjPROJ_ORTHOGRAPHIC: ClassVar[mjtProjection]
+class mjtRndFlag(Enum):
+    mjRND_SHADOW: ClassVar[mjtRndFlag]
+    mjRND_WIREFRAME: ClassVar[mjtRndFlag]
+    mjRND_REFLECTION: ClassVar[mjtRndFlag]
+    mjRND_ADDITIVE: ClassVar[mjtRndFlag]
+    mjRND_SKYBOX: ClassVar[mjtRndFlag]
+    mjRND_FOG: ClassVar[mjtRndFlag]
+    mjRND_HAZE: ClassVar[mjtRndFlag]
+    mjRND_DEPTH: ClassVar[mjtRndFlag]
+    mjRND_SEGMENT: ClassVar[mjtRndFlag]
+    mjRND_IDCOLOR: ClassVar[mjtRndFlag]
+    mjRND_CULL_FACE: ClassVar[mjtRndFlag]
+    mjRND_POST_PROCESSING: ClassVar[mjtRndFlag]
+    mjNRNDFLAG: ClassVar[mjtRndFlag]
 class mjtScaling(Enum):
     mjSCALING_SIMILAR: ClassVar[mjtScaling]
     mjSCALING_GEOMETRY: ClassVar[mjtScaling]

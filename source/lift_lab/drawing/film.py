@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .opengl import INSTALL, DrawError
+
 if TYPE_CHECKING:
     from .scene import Picture
     from .shapes import Primitive
@@ -86,7 +88,8 @@ class Film:
     @classmethod
     def load(cls, path: Path) -> Film:
         """Read a film's file."""
-        from .scene import Picture, View
+        from .framing import View
+        from .scene import Picture
         from .shapes import Placed, from_row
 
         with np.load(path) as file:
@@ -163,7 +166,7 @@ def start(film: Path, video: Path, background: bool) -> subprocess.Popen[bytes]:
     what went wrong.
     """
     command = [sys.executable, "-m", __name__, str(film), str(video)]
-    settings = {"MUJOCO_GL": "egl"} if sys.platform.startswith("linux") else {}
+    settings: dict[str, str] = {}
     if background:
         command.append("--background")
         settings |= {"LP_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # llvmpipe's threads
@@ -191,13 +194,9 @@ def main() -> int:
         # A missing library ends this import where MUJOCO_GL names it.
         import mujoco  # noqa: F401
     except (ImportError, AttributeError, OSError, RuntimeError) as error:
-        print(
-            f"MuJoCo cannot draw here ({error}): on Debian or Ubuntu install libegl1 libgl1-mesa-dri libopengl0",
-            file=sys.stderr,
-        )
+        problem = " ".join(str(error).split())
+        print(f"mujoco cannot be imported ({problem}): unset MUJOCO_GL, or {INSTALL}", file=sys.stderr)
         return _FAILED
-
-    from .scene import DrawError
 
     try:
         draw_film(Film.load(args.film), args.video)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,32 +10,14 @@ import mujoco
 import numpy as np
 
 from . import shapes
+from .framing import View
+from .lighting import Lighting, Sky, prepare_model
+from .opengl import Context, DrawError, open_context
 
-NO_OPENGL = (
-    "no OpenGL library was found. On Debian or Ubuntu install libegl1 libgl1-mesa-dri libopengl0, and set MUJOCO_GL=egl"
-)
-"""What to do where nothing can be drawn."""
-
-_HORIZON, _ZENITH = (236, 239, 243), (150, 176, 205)
-"""Colours of the sky, at the bottom and at the top of a frame."""
 _ROOM = 64
 """Geoms that a scene has room for beyond those of the model and the markers."""
-
-
-class DrawError(RuntimeError):
-    """Nothing can be drawn."""
-
-
-@dataclass
-class View:
-    """A camera that turns about a point."""
-
-    lookat: tuple[float, float, float] = (0.35, 0.0, 0.2)
-    """Point looked at, in m."""
-    distance: float = 1.6
-    """Distance from it in m."""
-    azimuth_deg: float = 140.0
-    elevation_deg: float = -20.0
+_COLOURS = ("geom_rgba", "geom_matid", "mat_rgba", "site_rgba")
+"""What may change in a model between two frames."""
 
 
 @dataclass
@@ -70,7 +53,7 @@ class SceneDrawer:
         """Open an off-screen context.
 
         Args:
-            model: the compiled model of one environment; its drawing settings are changed.
+            model: the compiled model of one environment. A copy of it is drawn; colours may be changed between frames.
             width: of a frame in pixels.
             height: of a frame in pixels.
             origins: where each environment stands in the frame in m, shape (n, 3).
@@ -80,49 +63,51 @@ class SceneDrawer:
         Raises:
             DrawError: no OpenGL library could be opened, or there is no such camera.
         """
-        self._model, self._origins = model, np.asarray(origins, dtype=np.float32)
+        self._source, self._model = model, copy.copy(model)
+        model = self._model
+        self._origins = np.asarray(origins, dtype=np.float32)
         self._camera_id = find_camera(model, camera)
         settings: Any = model.vis
         settings.global_.offwidth, settings.global_.offheight = width, height
-        settings.quality.shadowsize = 4096 if fine else 1024
-        settings.quality.offsamples = 4 if fine else 0
+        prepare_model(model, fine)
+        self._lighting = Lighting(model, self._origins)
         self._data = mujoco.MjData(model)
         self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
         self._scene: mujoco.MjvScene | None = None
         self._grounds = _grounds(model)
-        scale = 100 if height < 600 else 150 if height < 1000 else 200
-        try:
-            self._context: Any = mujoco.GLContext(width, height)
-            self._context.make_current()
-            self._renderer = mujoco.MjrContext(model, scale)
-        except (RuntimeError, ImportError, AttributeError, mujoco.FatalError) as error:
-            raise DrawError(f"{NO_OPENGL} ({error})") from error
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._renderer)
+        self._context: Context | None = open_context(width, height)
+        self._renderer: mujoco.MjrContext | None = None
         self._area = mujoco.MjrRect(0, 0, width, height)
         self._pixels = np.zeros((height, width, 3), dtype=np.uint8)
         self._depth = np.zeros((height, width), dtype=np.float32)
-        # rows from the bottom, as OpenGL's
-        self._sky = np.linspace(_HORIZON, _ZENITH, height).round().astype(np.uint8)[:, None].repeat(width, axis=1)
+        self._sky = Sky(width, height)
 
     def draw(self, picture: Picture) -> np.ndarray:
-        """Draw one frame, shape (height, width, 3), uint8."""
+        """Draw one frame, shape (height, width, 3), uint8.
+
+        Raises:
+            DrawError: OpenGL cannot draw the scene.
+        """
+        assert self._context is not None
         self._context.make_current()
-        scene = self._fill(picture)
-        mujoco.mjr_render(self._area, scene, self._renderer)
-        mujoco.mjr_readPixels(self._pixels, self._depth, self._area, self._renderer)
+        scene, renderer = self._fill(picture)
+        mujoco.mjr_render(self._area, scene, renderer)
+        mujoco.mjr_readPixels(self._pixels, self._depth, self._area, renderer)
         nothing = self._depth >= 1.0
-        self._pixels[nothing] = self._sky[nothing]
+        self._pixels[nothing] = self._sky.behind(scene.camera[0])[nothing]
         if picture.lines:
             labels, values = ("\n".join(column) for column in zip(*picture.lines, strict=True))
             font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
-            mujoco.mjr_drawPixels(self._pixels.reshape(-1, 1), None, self._area, self._renderer)
-            mujoco.mjr_overlay(font, corner, self._area, labels, values, self._renderer)
-            mujoco.mjr_readPixels(self._pixels, None, self._area, self._renderer)
+            mujoco.mjr_drawPixels(self._pixels.reshape(-1, 1), None, self._area, renderer)
+            mujoco.mjr_overlay(font, corner, self._area, labels, values, renderer)
+            mujoco.mjr_readPixels(self._pixels, None, self._area, renderer)
         return self._pixels[::-1].copy()
 
-    def _fill(self, picture: Picture) -> mujoco.MjvScene:
-        """The scene with every environment and marker in it."""
+    def _fill(self, picture: Picture) -> tuple[mujoco.MjvScene, mujoco.MjrContext]:
+        """The scene with every environment and marker in it, and what renders it."""
         model, data = self._model, self._data
+        for name in _COLOURS:
+            getattr(model, name)[:] = getattr(self._source, name)
         wanted = (model.ngeom + model.nflex + 8) * len(self._origins) + _ROOM
         wanted += sum(placed.num_geoms for placed in picture.markers)
         if self._scene is None or self._scene.maxgeom < wanted:
@@ -139,7 +124,12 @@ class SceneDrawer:
             mujoco.mj_tendon(model, data)
             mujoco.mj_camlight(model, data)
             if k == 0:
-                mujoco.mjv_updateScene(model, data, self._option, self._perturb, self._camera(picture), every, scene)
+                camera = self._camera(picture)
+                eye, distance = self._stand(picture)
+                if self._lighting.set_range(data, eye, distance) or self._renderer is None:
+                    self._renderer = self._make_renderer()
+                mujoco.mjv_updateScene(model, data, self._option, self._perturb, camera, every, scene)
+                self._lighting.light(scene, self._renderer, data, distance)
                 self._shift(scene, 0, origin)
             else:
                 first = scene.ngeom
@@ -150,7 +140,19 @@ class SceneDrawer:
                 self._shift(scene, first, origin)
         for placed in picture.markers:
             shapes.add(scene, placed)
-        return scene
+        assert self._renderer is not None
+        return scene, self._renderer
+
+    def _make_renderer(self) -> mujoco.MjrContext:
+        if self._renderer is not None:
+            self._renderer.free()
+        height = self._area.height
+        try:
+            renderer = mujoco.MjrContext(self._model, 100 if height < 600 else 150 if height < 1000 else 200)
+        except (RuntimeError, mujoco.FatalError) as error:
+            raise DrawError(f"OpenGL cannot draw this scene: {error}") from error
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, renderer)
+        return renderer
 
     def _camera(self, picture: Picture) -> mujoco.MjvCamera:
         camera = mujoco.MjvCamera()
@@ -162,6 +164,15 @@ class SceneDrawer:
         camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth_deg, view.elevation_deg
         return camera
 
+    def _stand(self, picture: Picture) -> tuple[np.ndarray, float]:
+        """Position of the camera, and its distance in m from what it looks at: a camera of the model, from the middle
+        of the scene."""
+        if self._camera_id is not None:
+            eye = self._data.cam_xpos[self._camera_id]
+            return eye, max(float(np.linalg.norm(eye - self._lighting.centre(self._data))), 0.05)
+        view = picture.view
+        return np.asarray(view.lookat) - view.distance * view.axes()[0], view.distance
+
     def _shift(self, scene: mujoco.MjvScene, first: int, origin: np.ndarray) -> None:
         if not origin.any():
             return
@@ -171,9 +182,10 @@ class SceneDrawer:
     def close(self) -> None:
         """Free the context. May be called again."""
         if self._context is not None:
-            self._renderer.free()
+            if self._renderer is not None:
+                self._renderer.free()
             self._context.free()
-            self._context = None
+            self._context = self._renderer = None
 
 
 def find_camera(model: mujoco.MjModel, name: str | None) -> int | None:

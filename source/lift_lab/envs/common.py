@@ -18,7 +18,12 @@ __all__ = [
 
 @configclass
 class ViewerCfg(ConfigBase):
-    """Where the camera of rendered frames stands."""
+    """Where the camera of rendered frames stands.
+
+    With :attr:`eye` and :attr:`lookat` at their defaults (Isaac Lab's), the camera frames the robots and objects of the
+    environments in the frame as they stand in the first frame. It moves on with a robot whose base is free. Any other
+    value is used as it is.
+    """
 
     eye: tuple[float, float, float] = (7.5, 7.5, 7.5)
     """Position of the camera in m."""

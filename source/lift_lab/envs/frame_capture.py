@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 import torch
 
 from lift_lab.drawing.film import Film, model_bytes
-from lift_lab.drawing.scene import DrawError, Picture, View, find_camera
+from lift_lab.drawing.framing import View, corners, fit, moving_geoms
+from lift_lab.drawing.opengl import DrawError
+from lift_lab.drawing.scene import Picture, find_camera
 from lift_lab.drawing.shapes import Placed
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim.rendering import RenderView
 from lift_lab.utils.errors import ConfigError, suggest
+
+from .common import ViewerCfg
 
 if TYPE_CHECKING:
     from .manager_based_env import ManagerBasedEnv
@@ -51,7 +57,7 @@ class FrameCapture:
         Raises:
             ConfigError: the viewer names an environment, origin, asset, body or camera that does not exist.
         """
-        self._env, self._viewer = env, env.cfg.viewer
+        self._env, self._viewer = env, env.cfg.viewer.copy()
         viewer = self._viewer
         if not 0 <= viewer.env_index < env.num_envs:
             raise ConfigError(f"viewer.env_index {viewer.env_index} is not within the {env.num_envs} environments")
@@ -69,7 +75,10 @@ class FrameCapture:
         self._half_cell = _half_cell(offsets, chosen)
         self._middle = self.origins.mean(axis=0)
         self._spread = float(np.linalg.norm(self.origins - self._middle, axis=1).max())
-        self._follow = _followed(env)
+        default = ViewerCfg()
+        self._frames_scene = (*viewer.eye, *viewer.lookat) == (*default.eye, *default.lookat)
+        self._framed: tuple[View, np.ndarray] | None = None
+        self._follow = _followed(env) or (_floating_robot(env) if self._frames_scene else None)
         self._rows: dict[tuple[int, int], torch.Tensor] = {}
         if math.dist(viewer.eye, viewer.lookat) == 0.0:
             raise ConfigError(f"viewer.eye and viewer.lookat are the same point {tuple(viewer.eye)}")
@@ -80,6 +89,10 @@ class FrameCapture:
             find_camera(env.sim.model, self.camera)
         except DrawError as error:
             raise ConfigError(f"viewer.cam_prim_path: {error}") from error
+
+    def fits(self, viewer: ViewerCfg) -> bool:
+        """Whether frames are taken as a config says."""
+        return self._viewer == viewer
 
     def frame(self) -> Frame:
         """The current frame."""
@@ -130,6 +143,34 @@ class FrameCapture:
         )
 
     def _view(self, frame: Frame) -> View:
+        return self._framing_view(frame) if self._frames_scene else self._given_view(frame)
+
+    def _framing_view(self, frame: Frame) -> View:
+        """The view that shows robots and objects as they stand in the first frame; it moves on with what it follows."""
+        followed = np.zeros(3) if frame.followed_w is None else frame.followed_w.cpu().numpy()
+        if self._framed is None:
+            width, height = self._viewer.resolution
+            visual: Any = self._env.sim.model.vis
+            view = fit(self._points(frame), width / height, visual.global_.fovy)
+            self._framed = view, followed
+        view, start = self._framed
+        x, y, z = np.asarray(view.lookat) + followed - start
+        return dataclasses.replace(view, lookat=(float(x), float(y), float(z)))
+
+    def _points(self, frame: Frame) -> np.ndarray:
+        """Corners of the boxes around what the camera frames, in the frame's coordinates in m, shape (n, 3)."""
+        model = self._env.sim.model
+        data, geoms = mujoco.MjData(model), moving_geoms(model)
+        qpos, mocap_pos, mocap_quat = (t.cpu().numpy() for t in (frame.qpos, frame.mocap_pos, frame.mocap_quat))
+        points = []
+        for k, origin in enumerate(self.origins):
+            data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = qpos[k], mocap_pos[k], mocap_quat[k]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_flex(model, data)
+            points.append(corners(model, data, geoms) + origin)
+        return np.concatenate(points) if points[0].size else np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])
+
+    def _given_view(self, frame: Frame) -> View:
         viewer = self._viewer
         origin = (0.0, 0.0, 0.0) if frame.followed_w is None else frame.followed_w.tolist()
         lookat = [o + p + float(m) for o, p, m in zip(origin, viewer.lookat, self._middle, strict=True)]
@@ -183,13 +224,16 @@ class FrameCapture:
         return self._rows[key]
 
 
-def render_view(env: ManagerBasedEnv) -> RenderView:
-    """The view that ``env.cfg.viewer`` asks for, with the markers of everything that has ``debug_vis``.
+def _floating_robot(env: ManagerBasedEnv) -> Any:
+    """Where the first robot is that is not fixed to the world: a function that returns its position, or None."""
+    for robot in env.scene.articulations.values():
+        if not robot.is_fixed_base:
+            return lambda: robot.data.root_pos_w[env.cfg.viewer.env_index]
+    return None
 
-    Raises:
-        ConfigError: the viewer names an environment, origin, asset or body that does not exist.
-    """
-    capture = FrameCapture(env)
+
+def render_view(env: ManagerBasedEnv, capture: FrameCapture) -> RenderView:
+    """The view of an environment's current state, with the markers of everything that has ``debug_vis``."""
     picture = capture.picture(capture.frame())
     width, height = env.cfg.viewer.resolution
     return RenderView(

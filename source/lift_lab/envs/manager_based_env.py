@@ -56,7 +56,7 @@ class ManagerBasedEnv(Stateful):
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
         {"extras", "render_mode", "metadata", "_records", "_fuses_substeps", "_has_interval_events", "_is_closed"}
-        | {"step_cache", "prefetched", "changed_settings"}
+        | {"step_cache", "prefetched", "changed_settings", "_capture"}
     )
 
     cfg: Any

@@ -17,7 +17,7 @@ from lift_lab.utils.indexing import fill_rows, where_true
 
 from .arguments import action_tensor, config_of_arguments
 from .common import VecEnvObs, VecEnvStepReturn
-from .frame_capture import render_view
+from .frame_capture import FrameCapture, render_view
 from .grad_mode import in_any_grad_mode
 from .manager_based_env import ManagerBasedEnv
 from .manager_based_rl_env_cfg import ManagerBasedRLEnvCfg
@@ -89,6 +89,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         if render_mode is not None and render_mode not in modes:
             raise ConfigError(f"unknown render_mode '{render_mode}': {suggest(render_mode, modes)}")
         self.render_mode = render_mode
+        self._capture: FrameCapture | None = None
         super().__init__(config_of_arguments(cfg, num_envs, device, kwargs))
         self.metadata = {**type(self).metadata, "render_fps": 1.0 / self.step_dt}
 
@@ -251,8 +252,13 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
 
         Raises:
             PhysicsError: there is no OpenGL library to draw with.
+            ConfigError: the viewer names an environment, origin, asset, body or camera that does not exist.
         """
-        return self.sim.render(render_view(self)) if self.render_mode == "rgb_array" else None
+        if self.render_mode != "rgb_array":
+            return None
+        if self._capture is None or not self._capture.fits(self.cfg.viewer):
+            self._capture = FrameCapture(self)
+        return self.sim.render(render_view(self, self._capture))
 
     # -- parts of a step
 

@@ -1,7 +1,4 @@
-"""Frames of the running simulation, drawn in this process.
-
-Needs an OpenGL library: set ``MUJOCO_GL=egl`` (or ``osmesa``) before mujoco is imported on a machine without a display.
-"""
+"""Frames of the running simulation, drawn in this process. See :mod:`lift_lab.drawing.opengl` for what that needs."""
 
 from __future__ import annotations
 
@@ -10,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lift_lab.drawing.scene import DrawError, Picture, SceneDrawer, View
+from lift_lab.drawing.framing import View
+from lift_lab.drawing.opengl import DrawError
+from lift_lab.drawing.scene import Picture, SceneDrawer
 from lift_lab.drawing.shapes import Placed
 from lift_lab.utils.errors import PhysicsError
 
@@ -65,10 +64,17 @@ class FrameRenderer:
         return self._key == _key(view)
 
     def draw(self, view: RenderView) -> np.ndarray:
-        """Draw one frame, shape (height, width, 3), uint8."""
+        """Draw one frame, shape (height, width, 3), uint8.
+
+        Raises:
+            PhysicsError: OpenGL cannot draw the scene.
+        """
         rows = list(view.env_ids)
         state = {name: self._physics.field(name)[rows].cpu().numpy() for name in ("qpos", "mocap_pos", "mocap_quat")}
-        return self._drawer.draw(Picture(**state, view=view, markers=view.markers, lines=view.lines))
+        try:
+            return self._drawer.draw(Picture(**state, view=view, markers=view.markers, lines=view.lines))
+        except DrawError as error:
+            raise PhysicsError(f"cannot draw: {error}") from error
 
     def close(self) -> None:
         """Free the context."""

@@ -26,6 +26,7 @@ from .ignored import note_changed_fields
 from .physics import make_physics
 from .rendering import FrameRenderer, RenderView
 from .simulation_cfg import MujocoCfg, SimulationCfg
+from .spawners.appearance import add_checker_to_planes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -277,6 +278,7 @@ class SimulationContext(Stateless):
         if self._scene is None:
             raise PhysicsError("there is nothing to simulate: build an InteractiveScene before sim.reset()")
         self.configure(self._scene.spec)
+        add_checker_to_planes(self._scene.spec)
         try:
             model = self._scene.spec.compile()
         except ValueError as error:

@@ -187,9 +187,13 @@ def test_a_camera_that_does_not_exist_is_said_in_one_line(tmp_path):
 
 
 def test_without_an_opengl_library_one_line_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setenv("MUJOCO_GL", "glfw")
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    libraries = tmp_path / "libraries"
+    libraries.mkdir()
+    for name in ("libEGL.so", "libEGL.so.1"):  # found first, and no libraries
+        (libraries / name).write_bytes(b"")
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(libraries))
+    for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
     model = mujoco.MjModel.from_xml_string(MODEL)
     source = tmp_path / "a.film"
     Film(film.model_bytes(model), 32, 32, 25.0, np.zeros((1, 3)), None, False, [picture()]).save(source)

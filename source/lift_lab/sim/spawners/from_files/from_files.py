@@ -11,7 +11,7 @@ from lift_lab.isaac.finder import attributes_of
 from lift_lab.utils.assets import resolve_usd_path
 
 from ...ignored import note_ignored
-from ..appearance import apply_appearance
+from ..appearance import CHECKER, add_checker, apply_appearance
 from ..import_notes import log_import
 from ..materials.notes import note_ignored_material
 from ..spawner_cfg import Spawned
@@ -47,23 +47,12 @@ def spawn_ground_plane(prim_path: str, cfg: GroundPlaneCfg) -> Spawned:
     note_ignored_material(prim_path, cfg.physics_material)
     spec = mujoco.MjSpec()
     name = prim_path.rsplit("/", 1)[-1]
-    color = cfg.color if cfg.color is not None else (0.3, 0.3, 0.3)
-    spec.add_texture(
-        name="grid",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.25 + 0.5 * c for c in color],
-        rgb2=[0.18 + 0.5 * c for c in color],
-        width=256,
-        height=256,
-    )
-    material = spec.add_material(name="grid", texrepeat=[1, 1], texuniform=True)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "grid"
+    add_checker(spec, None if not cfg.color or not any(cfg.color) else cfg.color)
     spec.worldbody.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[cfg.size[0] / 2, cfg.size[1] / 2, 0.05],
-        material="grid",
+        material=CHECKER,
         friction=[cfg.physics_material.dynamic_friction, 0.005, 0.0001],
     )
     return Spawned(spec)

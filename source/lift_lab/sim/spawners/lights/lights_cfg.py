@@ -1,4 +1,4 @@
-"""Light configs. A dome light becomes MuJoCo's headlight, the others a light of the scene."""
+"""Light configs. A dome light becomes light from everywhere and a sun, the others a light of the scene."""
 
 from __future__ import annotations
 
@@ -12,24 +12,29 @@ from lift_lab.utils.ranges import FINITE, NOT_NEGATIVE, Ranges
 
 from ..spawner_cfg import Spawned, SpawnerCfg
 
+_SKY_AMBIENT, _SKY_SUN, _SKY_SUN_DIR = 0.4, 0.4, (-0.35, 0.25, -1.0)
+"""A dome light: brightness of what comes from everywhere, of the sun, and where the sun shines to."""
+_LEVEL = 0.7
+"""Brightness of every other light."""
+
 
 def spawn_light(prim_path: str, cfg: LightCfg) -> Spawned:
-    """Spawn a light at the origin, shining down the negative z-axis (USD's convention)."""
+    """Spawn a light at the origin, shining down the negative z-axis (USD's convention).
+
+    MuJoCo has no light that comes from everywhere and casts shadows. So a dome light becomes ambient light and a sun.
+    """
     spec = mujoco.MjSpec()
     name = prim_path.rsplit("/", 1)[-1]
-    level = 0.35 if cfg.prim_type == "DomeLight" else 0.7
-    kind = {
-        "DistantLight": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        "DomeLight": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-    }.get(cfg.prim_type, mujoco.mjtLightType.mjLIGHT_POINT)
+    kinds, is_dome = mujoco.mjtLightType, cfg.prim_type == "DomeLight"
+    directional = is_dome or cfg.prim_type == "DistantLight"
+    level = _SKY_SUN if is_dome else _LEVEL
     spec.worldbody.add_light(
         name=name,
-        type=kind,
+        type=kinds.mjLIGHT_DIRECTIONAL if directional else kinds.mjLIGHT_POINT,
         pos=[0, 0, 4],
-        dir=[0, 0, -1],
+        dir=_SKY_SUN_DIR if is_dome else [0, 0, -1],
         diffuse=[level * c for c in cfg.color],
-        ambient=[0.25 * c for c in cfg.color] if cfg.prim_type == "DomeLight" else [0, 0, 0],
-        castshadow=cfg.prim_type != "DomeLight",
+        ambient=[_SKY_AMBIENT * c for c in cfg.color] if is_dome else [0, 0, 0],
     )
     return Spawned(spec)
 

@@ -112,7 +112,8 @@ class CartpoleEnvCfg(ManagerBasedRLEnvCfg):
     def __post_init__(self):
         self.decimation = 2
         self.episode_length_s = 5.0
-        self.viewer.eye = (8.0, 0.0, 5.0)
+        self.viewer.eye = (5.5, 0.0, 3.4)
+        self.viewer.lookat = (0.0, 0.0, 1.9)
         self.sim.dt = 1.0 / 120.0
         self.sim.render_interval = self.decimation
 

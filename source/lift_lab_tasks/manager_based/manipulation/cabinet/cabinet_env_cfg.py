@@ -186,7 +186,7 @@ class CabinetEnvCfg(ManagerBasedRLEnvCfg):
     def __post_init__(self):
         self.decimation = 4
         self.episode_length_s = 8.0
-        self.viewer.eye = (-2.0, 2.0, 2.0)
-        self.viewer.lookat = (0.8, 0.0, 0.5)
+        self.viewer.eye = (-1.2, 1.8, 1.5)
+        self.viewer.lookat = (0.5, 0.0, 0.4)
         self.sim.dt = 0.005
         self.sim.render_interval = self.decimation

@@ -160,6 +160,7 @@ class ReachEnvCfg(ManagerBasedRLEnvCfg):
     def __post_init__(self):
         self.decimation = 3
         self.episode_length_s = 12.0
-        self.viewer.eye = (3.5, 3.5, 3.5)
+        self.viewer.eye = (1.7, 1.3, 0.9)
+        self.viewer.lookat = (0.3, 0.0, 0.25)
         self.sim.dt = 0.01
         self.sim.render_interval = self.decimation
