@@ -3,18 +3,20 @@
     python scripts/maintainers/docs_check.py                   # every page, one line each
     python scripts/maintainers/docs_check.py docs/usd.md       # some pages, with their worst sentences
     python scripts/maintainers/docs_check.py --worst 20        # the longest sentences of all pages
+    python scripts/maintainers/docs_check.py --docstrings      # the public docstrings, one line for each package
 
 A page passes if the mean length of its sentences is under 18 words, none is over 35 words, it has no house word, and
 each of its links leads to a file and heading that exist. :mod:`docs_prose` states how sentences and words are counted.
-Laboratory notes (``docs/notes/``) and the change log are exempt from the goals, not from the check of links. The exit
-status is 1 if a page fails.
+Laboratory notes (``docs/notes/``) and the change log are exempt from the goals, not from the check of links. The public
+docstrings of a package have the same goals, and a first line does not begin with "What", "How", "Of" and the like. The
+exit status is 1 if a page or package fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -22,6 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from docs_links import broken_links
 from docs_pages import PAGES
 from docs_prose import Sentence, house_words, sentences_of
+from docs_strings import docstrings
 
 ROOT = Path(__file__).resolve().parents[2]
 MEAN, LONGEST = 18, 35
@@ -96,12 +99,8 @@ def check(name: str) -> Page:
         The page with its sentences and what is wrong with it.
     """
     text = (ROOT / name).read_text()
-    page = Page(name, sentences_of(text))
-    if page.mean >= MEAN:
-        page.wrong.append(f"{name}:1: {page.mean:.1f} words per sentence; the goal is under {MEAN}")
-    for sentence in page.sentences:
-        if sentence.words > LONGEST:
-            page.wrong.append(f"{name}:{sentence.line}: {sentence.words} words: {sentence.text}")
+    page = Page(name, [replace(sentence, file=name) for sentence in sentences_of(text)])
+    page.wrong += _over_the_goals(page)
     for line, word, better in house_words(text):
         page.wrong.append(f'{name}:{line}: house word "{word}": {better}')
     for line, target, reason in broken_links(ROOT / name, GENERATED):
@@ -109,17 +108,51 @@ def check(name: str) -> Page:
     return page
 
 
+def check_docstrings(source: Path = ROOT / "source") -> list[Page]:
+    """Check the public docstrings.
+
+    Args:
+        source: Folder of the packages.
+
+    Returns:
+        A :class:`Page` for each package: of a large one, for each package or module in it.
+    """
+    packages: dict[str, Page] = {}
+    for text in docstrings(source):
+        file = str(text.file.relative_to(source.parent))
+        name = ".".join(text.module.split(".")[:2])
+        page = packages.setdefault(name, Page(name, []))
+        page.sentences += [replace(sentence, file=file) for sentence in text.sentences]
+        page.wrong += [f"{file}:{line}: {reason}" for line, reason in text.wrong]
+    for page in packages.values():
+        page.wrong += _over_the_goals(page)
+    return list(packages.values())
+
+
+def _over_the_goals(page: Page) -> list[str]:
+    """Return the mean and the sentences that are over the goals."""
+    wrong = [f"{s.file}:{s.line}: {s.words} words: {s.text}" for s in page.sentences if s.words > LONGEST]
+    if page.mean >= MEAN:
+        wrong.insert(0, f"{page.name}: {page.mean:.1f} words per sentence; the goal is under {MEAN}")
+    return wrong
+
+
 def main() -> int:
-    """Print a line for each page and what fails; return the exit status."""
+    """Print a line for each page or package and what fails; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("pages", nargs="*", help="Pages to check (default: all).")
+    parser.add_argument("pages", nargs="*", help="Pages to check, with --docstrings packages (default: all).")
+    parser.add_argument("--docstrings", action="store_true", help="Check the public docstrings instead of pages.")
     parser.add_argument("--worst", type=int, metavar="N", help="Number of longest sentences to print.")
     args = parser.parse_args()
-    named = [str(Path(page).resolve().relative_to(ROOT)) for page in args.pages]
-    missing = sorted(set(named) - set(pages()))
-    if missing:
-        parser.error(f"no such page: {', '.join(missing)}; pages are {', '.join(pages())}")
-    found = [check(name) for name in named or pages()]
+    if args.docstrings:
+        known = {page.name: page for page in check_docstrings()}
+        named = args.pages
+    else:
+        known = dict.fromkeys(pages())
+        named = [str(Path(page).resolve().relative_to(ROOT)) for page in args.pages]
+    if missing := sorted(set(named) - set(known)):
+        parser.error(f"nothing is called {', '.join(missing)}; choose from {', '.join(known)}")
+    found = [known[name] or check(name) for name in named or known]
     print(f"{'page':<42}{'sentences':>10}{'mean':>7}{'longest':>9}  state")
     for page in found:
         print(f"{page.name:<42}{len(page.sentences):>10}{page.mean:>7.1f}{page.longest:>9}  {page.state}")
@@ -127,9 +160,9 @@ def main() -> int:
         print(*page.broken, sep="\n", end="\n" if page.broken else "")
         if page.wrong and (page.fails or named):
             print(*page.wrong, sep="\n")
-    ranked = sorted(((s.words, page.name, s) for page in found for s in page.sentences), key=lambda row: -row[0])
-    for words, name, sentence in ranked[: args.worst if args.worst is not None else 10 if named else 0]:
-        print(f"{name}:{sentence.line}: {words} words: {sentence.text}")
+    ranked = sorted((sentence for page in found for sentence in page.sentences), key=lambda s: -s.words)
+    for s in ranked[: args.worst if args.worst is not None else 10 if named else 0]:
+        print(f"{s.file}:{s.line}: {s.words} words: {s.text}")
     return int(any(page.fails for page in found))
 
 

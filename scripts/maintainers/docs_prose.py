@@ -63,12 +63,13 @@ class Block:
 
 @dataclass
 class Sentence:
-    """A sentence, its kind of block, the line where it starts and its number of words."""
+    """A sentence, its kind of block, the line where it starts, its number of words and its file."""
 
     kind: str
     line: int
     text: str
     words: int
+    file: str = ""
 
 
 def sentences_of(markdown: str) -> list[Sentence]:

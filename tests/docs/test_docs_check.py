@@ -101,6 +101,38 @@ def test_a_page_over_the_goals_fails(tmp_path, monkeypatch):
     assert docs_check.check("docs/page.md").fails
 
 
+def test_public_docstrings_are_found_and_judged(tmp_path):
+    (tmp_path / "source" / "package").mkdir(parents=True)
+    (tmp_path / "source" / "package" / "_private.py").write_text('"""What is private."""\n')
+    (tmp_path / "source" / "package" / "module.py").write_text(
+        '"""Names of things."""\n\nLIMIT = 3\n"""What is the limit."""\n_X = 1\n"""Of nothing."""\n\n\n'
+        "class Thing:\n"
+        '    """Of a thing, the name."""\n\n    size: float = 1.0\n    """Size in m."""\n\n'
+        "    def turn(self, angle):\n"
+        '        """Turn the thing anew.\n\n'
+        "        Args:\n            angle: Angle in rad. It is\n                positive.\n            other: None.\n\n"
+        "        Example::\n\n            thing.turn(1.0)  # code is not counted at all\n\n"
+        '        See :class:`~package.module.Thing` and ``a b c``.\n        """\n\n'
+        "    def _hidden(self):\n"
+        '        """What nobody sees."""\n'
+    )
+    (page,) = docs_check.check_docstrings(tmp_path / "source")
+    assert [(s.text, s.line) for s in page.sentences] == [
+        ("Names of things.", 1),
+        ("What is the limit.", 4),
+        ("Of a thing, the name.", 10),
+        ("Size in m.", 13),
+        ("Turn the thing anew.", 16),
+        ("angle: Angle in rad.", 19),
+        ("It is positive.", 19),
+        ("other: None.", 21),
+        ("Example:", 23),
+        ("See `package.module.Thing` and ``a b c``.", 27),
+    ]
+    assert [reason.split(":")[1] for reason in page.wrong] == ["4", "10", "16"]
+    assert [word in reason for word, reason in zip(("What", "Of", "anew"), page.wrong, strict=True)] == [True] * 3
+
+
 @pytest.mark.parametrize("name", docs_check.pages())
 def test_every_page_meets_the_goals(name):
     page = docs_check.check(name)
@@ -120,4 +152,4 @@ def test_the_command_prints_a_line_for_each_page_and_the_worst_sentences():
     assert second.startswith("docs/index.md:")
     wrong = subprocess.run([*command[:2], "docs/nothing.md"], cwd=ROOT, capture_output=True, text=True)
     assert wrong.returncode == 2
-    assert "no such page: docs/nothing.md" in wrong.stderr
+    assert "nothing is called docs/nothing.md" in wrong.stderr
