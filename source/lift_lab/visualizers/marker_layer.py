@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.sim.spawners import SpawnerCfg
 
 from .meshes import Mesh, arrow, body_meshes, merge
+from .world import WORLD
 
 if TYPE_CHECKING:
     import viser
@@ -23,11 +25,23 @@ _ARROW = "arrow_x.usd"
 class MarkerLayer:
     """Draws every :class:`~lift_lab.markers.VisualizationMarkers` of a simulation."""
 
-    def __init__(self, server: viser.ViserServer, sim: SimulationContext):
-        """Draw nothing yet."""
+    def __init__(self, server: viser.ViserServer, sim: SimulationContext, env_origins_w: torch.Tensor):
+        """Draw nothing yet.
+
+        Args:
+            server: where to draw.
+            sim: the simulation whose markers are drawn.
+            env_origins_w: origins of the environments in m, shape (num_envs, 3).
+        """
         self._server = server
         self._sim = sim
+        self._origins_w = env_origins_w.detach().cpu().numpy()
+        self._env_id: int | None = None
         self._shapes: dict[tuple[int, str], _Shape] = {}
+
+    def show_env(self, env_id: int | None) -> None:
+        """Draw the markers of one environment only, from the next :meth:`update` on; None for all."""
+        self._env_id = env_id
 
     def update(self) -> None:
         """Draw the markers where they are now."""
@@ -38,11 +52,19 @@ class MarkerLayer:
                 indices = group.marker_indices.cpu().numpy()
                 for i, (name, cfg) in enumerate(group.cfg.markers.items()):
                     chosen = (indices == i) & group.is_visible() & cfg.visible
+                    if self._env_id is not None:
+                        chosen &= self._envs_of(pos) == self._env_id
                     if (k, name) not in self._shapes:
                         if not chosen.any():
                             continue
-                        self._shapes[k, name] = _Shape(self._server, f"/markers/{k}/{name}", cfg)
+                        self._shapes[k, name] = _Shape(self._server, f"{WORLD}/markers/{k}/{name}", cfg)
                     self._shapes[k, name].place(pos[chosen], quat[chosen], scales[chosen])
+
+    def _envs_of(self, pos: np.ndarray) -> np.ndarray:
+        """Environment of each instance of a group, shape (n,): by number if there is one each, else the nearest."""
+        if len(pos) == len(self._origins_w):
+            return np.arange(len(pos))
+        return np.linalg.norm(pos[:, None, :2] - self._origins_w[None, :, :2], axis=2).argmin(axis=1)
 
 
 class _Shape:

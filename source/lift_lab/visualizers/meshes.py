@@ -1,7 +1,8 @@
-"""Triangles of a compiled model: one coloured mesh a body, and the planes."""
+"""Triangles of a compiled model: one coloured mesh for each body, one of its colliders, and the planes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 
 _DRAWN_GROUPS = (0, 1, 2)
 """Geom groups that MuJoCo's own viewer shows at first; colliders are beyond."""
+COLLIDER_COLOUR = (0.95, 0.35, 0.1, 1.0)
+"""Colour of colliders, which have none of their own that means anything."""
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)
 """A geom's colour where none was given: then its material's counts."""
 _GEOM = mujoco.mjtGeom
@@ -62,12 +65,29 @@ class Plane:
 
 
 def body_meshes(model: mujoco.MjModel) -> list[BodyMesh]:
-    """One mesh for each body that has something to draw, planes of the world left out."""
+    """Return one mesh for each body that has something to draw. Planes of the world are left out."""
+    return _meshes(model, lambda geom: _is_drawn(model, geom), _geom_mesh)
+
+
+def collision_meshes(model: mujoco.MjModel) -> list[BodyMesh]:
+    """Return one mesh for each body that can collide. Planes of the world are left out.
+
+    A mesh collides as its convex hull, so the hull is what this returns.
+    """
+    return _meshes(model, lambda geom: _collides(model, geom), _collider_mesh)
+
+
+def _meshes(
+    model: mujoco.MjModel,
+    is_wanted: Callable[[int], bool],
+    mesh_of: Callable[[mujoco.MjModel, int], Mesh],
+) -> list[BodyMesh]:
+    """One mesh for each body that has a geom of some kind."""
     found = []
     for body_id in range(model.nbody):
         first = model.body_geomadr[body_id]
         geoms = range(first, first + model.body_geomnum[body_id]) if first >= 0 else ()
-        parts = [_geom_mesh(model, geom) for geom in geoms if _is_drawn(model, geom) and not _is_ground(model, geom)]
+        parts = [mesh_of(model, geom) for geom in geoms if is_wanted(geom) and not _is_ground(model, geom)]
         if parts:
             root = model.body_weldid[body_id]
             is_static = root == 0 and model.body_mocapid[body_id] < 0 and model.body_mocapid[root] < 0
@@ -109,6 +129,12 @@ def _is_drawn(model: mujoco.MjModel, geom: int) -> bool:
     return model.geom_group[geom] in _DRAWN_GROUPS and _colour(model, geom)[3] > 0.0
 
 
+def _collides(model: mujoco.MjModel, geom: int) -> bool:
+    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom] or geom in model.pair_geom1) or (
+        geom in model.pair_geom2
+    )
+
+
 def _is_ground(model: mujoco.MjModel, geom: int) -> bool:
     return model.geom_type[geom] == _GEOM.mjGEOM_PLANE and model.geom_bodyid[geom] == 0
 
@@ -125,6 +151,30 @@ def _geom_mesh(model: mujoco.MjModel, geom: int) -> Mesh:
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
     return _coloured(vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom], faces, _colour(model, geom))
+
+
+def _collider_mesh(model: mujoco.MjModel, geom: int) -> Mesh:
+    """What a geom collides as, in its body's frame, in the colour of colliders."""
+    vertices, faces = _convex_hull(model, geom) or _triangles(model, geom)
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+    return _coloured(vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom], faces, COLLIDER_COLOUR)
+
+
+def _convex_hull(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Vertices and faces of the hull that MuJoCo collides a mesh with, in the geom's frame; None of anything else."""
+    if model.geom_type[geom] != _GEOM.mjGEOM_MESH:
+        return None
+    mesh = model.geom_dataid[geom]
+    start = model.mesh_graphadr[mesh]
+    if start < 0:
+        return None
+    num_vertices, num_faces = (int(count) for count in model.mesh_graph[start : start + 2])
+    # two counts, edge addresses and vertex ids, then edges, then the faces
+    start += 2 + 2 * num_vertices + num_vertices + 3 * num_faces
+    faces = model.mesh_graph[start : start + 3 * num_faces].reshape(-1, 3)
+    used, corners = np.unique(faces, return_inverse=True)
+    return model.mesh_vert[model.mesh_vertadr[mesh] + used].copy(), corners.reshape(-1, 3)
 
 
 def _coloured(vertices: np.ndarray, faces: np.ndarray, rgba: Any) -> Mesh:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .world import WORLD
 
 if TYPE_CHECKING:
     import mujoco
@@ -24,15 +27,42 @@ class SoftLayer:
             physics: the engine; its kinematics have to be current.
             origins_w: origins of the environments in m, shape (num_envs, 3).
         """
+        self._server = server
         self._physics = physics
-        self._origins_w = origins_w
+        self._all_origins_w = origins_w
+        self._env_ids: list[int] | None = None
         self._flexes = [SoftSurface(physics.model, flex) for flex in range(physics.model.nflex)]
         self._handles: list[Any] = []
+        self._add()
+
+    def show_envs(self, env_ids: Sequence[int] | None) -> None:
+        """Draw some environments only; None for all."""
+        self._env_ids = None if env_ids is None else list(env_ids)
+        shown = all(handle.visible for handle in self._handles)
+        for handle in self._handles:
+            handle.remove()
+        self._add()
+        self.show(shown)
+
+    def show(self, shown: bool) -> None:
+        """Show or hide the surfaces."""
+        for handle in self._handles:
+            handle.visible = shown
+
+    def update(self) -> None:
+        """Move the points to the engine's current state."""
+        for handle, surface in zip(self._handles, self._flexes, strict=True):
+            handle.vertices = self._points(surface)
+
+    def _add(self) -> None:
+        """Send all surfaces, at the current state."""
+        count = len(self._all_origins_w if self._env_ids is None else self._env_ids)
+        self._handles = []
         for surface in self._flexes:
-            starts = np.arange(len(origins_w))[:, None, None] * len(surface.weights)
+            starts = np.arange(count)[:, None, None] * len(surface.weights)
             self._handles.append(
-                server.scene.add_mesh_simple(
-                    f"/soft/{surface.name}",
+                self._server.scene.add_mesh_simple(
+                    f"{WORLD}/soft/{surface.name}",
                     self._points(surface),
                     (surface.faces + starts).reshape(-1, 3),
                     color=surface.rgb,
@@ -40,15 +70,13 @@ class SoftLayer:
                 )
             )
 
-    def update(self) -> None:
-        """Move the points to the engine's current state."""
-        for handle, surface in zip(self._handles, self._flexes, strict=True):
-            handle.vertices = self._points(surface)
-
     def _points(self, surface: SoftSurface) -> np.ndarray:
-        """Points of all environments in the world in m, shape (num_envs * num points, 3)."""
-        nodes = self._physics.field("xpos")[:, surface.nodes].cpu().numpy()
-        points = np.einsum("pn,enk->epk", surface.weights, nodes) + self._origins_w[:, None]
+        """Points of the environments shown, in the world in m, shape (num shown * num points, 3)."""
+        xpos, origins_w = self._physics.field("xpos"), self._all_origins_w
+        if self._env_ids is not None:
+            xpos, origins_w = xpos[self._env_ids], origins_w[self._env_ids]
+        nodes = xpos[:, surface.nodes].cpu().numpy()
+        points = np.einsum("pn,enk->epk", surface.weights, nodes) + origins_w[:, None]
         return points.reshape(-1, 3).astype(np.float32)
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 
 from lift_lab.envs.frame_capture import update_markers
-from lift_lab.visualizers import BodyLayer, MarkerLayer, open_server
+from lift_lab.visualizers import BodyLayer, MarkerLayer, World, open_server
 from lift_lab_rl.files import write_atomically
 
+from .camera import look_at
 from .policies import ViewedPolicy
 
 MAX_FRAMES_PER_S = 30.0
@@ -39,8 +39,9 @@ def record_replay(env: Any, policy: ViewedPolicy, path: Path, steps: int) -> int
         obs, _ = env.reset()
         server = open_server(port=0)
         try:
+            World(server)
             bodies = BodyLayer(server, inner.sim.physics, inner.scene.env_origins)
-            markers = MarkerLayer(server, inner.sim)
+            markers = MarkerLayer(server, inner.sim, inner.scene.env_origins)
             look_at(server, bodies, inner.scene.env_origins, 0)
             update_markers(inner)
             markers.update()
@@ -58,17 +59,3 @@ def record_replay(env: Any, policy: ViewedPolicy, path: Path, steps: int) -> int
             server.stop()
     write_atomically(path, page)
     return len(page)
-
-
-def look_at(server: Any, bodies: BodyLayer, env_origins_w: torch.Tensor, env_id: int) -> None:
-    """Start every page at an environment."""
-    eye, target = viewpoint(bodies, env_origins_w, env_id)
-    server.initial_camera.look_at = target
-    server.initial_camera.position = eye
-
-
-def viewpoint(bodies: BodyLayer, env_origins_w: torch.Tensor, env_id: int) -> tuple[Any, Any]:
-    """Where to stand and where to look to see what moves in an environment, in m in the world."""
-    centre, radius = bodies.bounds_e(env_id)
-    target = centre + env_origins_w[env_id].cpu().numpy()
-    return target + radius * np.array((2.2, 1.9, 1.3)), target

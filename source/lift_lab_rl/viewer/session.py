@@ -10,21 +10,20 @@ from typing import Any
 import torch
 
 from lift_lab.app import endings
-from lift_lab.envs.frame_capture import update_markers
 from lift_lab.utils.errors import ConfigError, LiftLabError, suggest
-from lift_lab.visualizers import BodyLayer, MarkerLayer
 
 from . import tables
 from .goals import GoalControl
-from .panel import SPEEDS, Panel
+from .panel import FOLLOW_NOTHING, FORCE_SCALES, SPEEDS, Panel
+from .plots import LivePlot
 from .policies import CheckpointPolicy, ViewedPolicy
-from .replay import look_at, viewpoint
+from .scene import ViewerScene
 from .success import SuccessCounter
 
 MAX_DRAWS_PER_S = 60.0
 """Poses are sent at most this often."""
 FIGURES_EVERY_S = 0.25
-"""Time between updates of the panel's figures."""
+"""Time between updates of the panel's values and plots."""
 CHECKPOINTS_EVERY_S = 1.0
 """Time between looks into the run's folder."""
 _LONGEST_DELAY_S = 0.25
@@ -48,18 +47,19 @@ class ViewerSession:
         self._asked: queue.SimpleQueue[tuple[str, tuple[Any, ...]]] = queue.SimpleQueue()
         self._success = SuccessCounter(self._inner)
         self._goals = GoalControl(self._inner.command_manager)
-        self._bodies = BodyLayer(server, self._inner.sim.physics, self._inner.scene.env_origins)
-        self._markers = MarkerLayer(server, self._inner.sim)
-        self._panel = Panel(server, self._post, env.num_envs, self._goals, self._policy.choices())
+        self._scene = ViewerScene(self._inner, server)
+        self._plot = LivePlot(self._inner)
+        self._panel = Panel(
+            server, self._post, env.num_envs, self._goals, self._policy.choices(), self._scene, self._plot
+        )
+        self._do_plot(self._plot.groups[min(1, len(self._plot.groups) - 1)])
         self._paused, self._single, self._speed, self._follow_newest = False, False, 1.0, False
         self._stopping = False
-        self._env_id = 0
         self._problem: str | None = None
         self.steps = 0
         """Environment steps taken."""
         self.draws = 0
         """Times that poses were sent."""
-        look_at(server, self._bodies, self._inner.scene.env_origins, 0)
 
     @property
     def problem(self) -> str | None:
@@ -124,13 +124,12 @@ class ViewerSession:
         obs, _, dones, _ = self._env.step(self._policy.act(obs).to(self._env.device))
         self._policy.reset(dones)
         self._success.note(dones)
+        self._plot.record()
         self.steps += 1
         return obs
 
     def _draw(self) -> None:
-        update_markers(self._inner)
-        self._bodies.update()
-        self._markers.update()
+        self._scene.draw()
         self.draws += 1
 
     # -- what the page asked for
@@ -171,23 +170,32 @@ class ViewerSession:
         self._speed = float(text) if text[0].isdigit() else 0.0
 
     def _do_env(self, number: float) -> None:
-        if number not in range(self._env.num_envs):
-            raise ConfigError(f"there is no environment {number}; choose one from 0 to {self._env.num_envs - 1}")
-        self._env_id = int(number)
-        origins_w = self._inner.scene.env_origins
-        look_at(self._server, self._bodies, origins_w, self._env_id)
-        eye, target = viewpoint(self._bodies, origins_w, self._env_id)
-        for client in self._server.get_clients().values():
-            with client.atomic():
-                client.camera.position = eye
-                client.camera.look_at = target
+        self._scene.select(number)  # type: ignore[arg-type]  # it refuses what is no environment
+        self._plot.select(self._scene.env_id)
 
-    def _do_show_commands(self, shown: bool) -> None:
-        self._inner.command_manager.set_debug_vis(shown)
+    def _do_view(self) -> None:
+        self._scene.camera.show(self._scene.env_id)
 
-    def _do_show_sensors(self, shown: bool) -> None:
-        for sensor in self._inner.scene.sensors.values():
-            sensor.set_debug_vis(shown)
+    def _do_follow(self, name: str) -> None:
+        self._scene.follow(None if name == FOLLOW_NOTHING else name)
+
+    def _do_show(self, what: str, shown: bool) -> None:
+        self._scene.show(what, shown)
+
+    def _do_force_scale(self, cm_per_n: float) -> None:
+        low, high = FORCE_SCALES
+        if not low <= cm_per_n <= high:
+            raise ConfigError(f"{cm_per_n} cm per N is not between {low} and {high}")
+        self._scene.contacts.cm_per_n = float(cm_per_n)
+
+    def _do_plot(self, group: str) -> None:
+        if group != self._plot.group:
+            self._plot.choose(group)
+        self._panel.show_plot(self._plot)
+
+    def _do_plot_term(self, term: str) -> None:
+        if term != self._plot.term:
+            self._plot.choose(self._plot.group, term)
 
     def _do_goal(self, values: list[float] | None) -> None:
         self._goals.release() if values is None else self._goals.fix(values)
@@ -215,9 +223,12 @@ class ViewerSession:
         self._panel.show_choices(policy.choices(), policy.current)
 
     def _show_figures(self) -> None:
-        env, env_id = self._inner, self._env_id
-        parts = [tables.episode(env, env_id, self._success), tables.rewards(env, env_id)]
-        parts += [tables.commands(env, env_id), tables.curriculum(env)]
+        env, env_id = self._inner, self._scene.env_id
+        self._panel.episode.content = tables.episode(env, env_id, self._success)
+        self._plot.push()
+        parts = [tables.rewards(env, env_id), tables.commands(env, env_id), tables.curriculum(env)]
+        if self._scene.last_contacts:
+            parts.insert(0, tables.contacts(self._scene.last_contacts, self._scene.body_names))
         self._panel.figures.content = "<br>".join(part for part in parts if part)
         lines = [f"**{self._title}** · {self._policy.current} · environment {env_id} of {self._env.num_envs}"]
         lines += [f"⚠ {text}" for text in (self._problem, self._policy.warning()) if text]

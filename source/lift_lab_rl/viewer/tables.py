@@ -6,6 +6,10 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
+import numpy as np
+
+from lift_lab.visualizers import Contact, sum_by_pair
+
 _STYLE = "font-size:11px;width:100%;padding:0 1em;border-spacing:0"
 
 
@@ -13,7 +17,7 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Rows under headings; all but the first column to the right."""
 
     def line(cells: Sequence[object], tag: str) -> str:
-        styles = ["text-align:left;overflow-wrap:anywhere", *["text-align:right"] * (len(cells) - 1)]
+        styles = ["text-align:left;overflow-wrap:anywhere", *["text-align:right;white-space:nowrap"] * (len(cells) - 1)]
         return "".join(f'<{tag} style="{s}">{escape(str(c))}</{tag}>' for c, s in zip(cells, styles, strict=True))
 
     body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
@@ -54,6 +58,15 @@ def curriculum(env: Any) -> str:
         for name, values in env.curriculum_manager.get_active_iterable_terms(0)
     ]
     return table(("curriculum", "value"), rows) if rows else ""
+
+
+def contacts(found: list[Contact], body_names: list[str]) -> str:
+    """Force between each pair of bodies that touch: contact points, and the size of their summed force in N."""
+    rows = [
+        (f"{body_names[body]} ← {body_names[other]}", count, f"{np.linalg.norm(force):.2f} N")
+        for (body, other), (count, force) in sum_by_pair(found).items()
+    ]
+    return table(("contact: on ← from", "points", "force"), rows)
 
 
 def episode(env: Any, env_id: int, success: Any) -> str:

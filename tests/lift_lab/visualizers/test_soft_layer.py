@@ -53,7 +53,7 @@ def test_one_mesh_shows_every_environment_at_its_origin():
         return sent[name]
 
     layer = SoftLayer(SimpleNamespace(scene=SimpleNamespace(add_mesh_simple=add_mesh_simple)), physics, origins)
-    mesh = sent["/soft/jelly"]
+    mesh = sent["/world/soft/jelly"]
     count = model.nflexvert
     assert mesh.faces.max() == 2 * count - 1
     datas.reverse()

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from lift_lab.visualizers.meshes import body_meshes, planes
+from lift_lab.visualizers.meshes import body_meshes, collision_meshes, planes
 
 pytest.importorskip("trimesh")
 
@@ -84,3 +84,40 @@ def test_colours_are_linear_for_the_browser(meshes):
     assert {tuple(row) for row in rgba} == {(255, 0, 0, 255), (0, 0, 255, 255)}
     half = meshes["world"].mesh.to_trimesh().visual.vertex_colors[0]
     assert half[0] == round(255 * ((0.5 + 0.055) / 1.055) ** 2.4)
+
+
+COLLIDERS = """
+<mujoco>
+  <asset><mesh name="tooth" vertex="0 0 0  1 0 0  0 1 0  0 0 1  0.1 0.1 0.1"/></asset>
+  <worldbody>
+    <geom type="plane" size="5 5 .1"/>
+    <body name="seen"><geom type="sphere" size="0.5" contype="0" conaffinity="0" group="2"/></body>
+    <body name="felt" pos="0 0 1">
+      <joint type="slide"/>
+      <geom type="box" size="0.1 0.2 0.3" pos="0 0 1" group="3" rgba="0 0 0 0"/>
+      <geom type="box" size="9 9 9" contype="0" conaffinity="0" mass="0"/>
+    </body>
+    <body name="tooth" pos="3 0 0"><freejoint/><geom type="mesh" mesh="tooth"/></body>
+    <body name="paired" pos="5 0 0"><geom name="p" type="sphere" size="0.1" contype="0" conaffinity="0"/></body>
+    <body name="partner" pos="6 0 0">
+      <joint type="slide"/><geom name="q" type="sphere" size="0.2" contype="0" conaffinity="0"/>
+    </body>
+  </worldbody>
+  <contact><pair geom1="p" geom2="q"/></contact>
+</mujoco>
+"""
+
+
+def test_colliders_are_the_geoms_that_can_touch_and_the_hulls_of_meshes():
+    model = mujoco.MjModel.from_xml_string(COLLIDERS)
+    meshes = {body.name: body for body in collision_meshes(model)}
+    assert set(meshes) == {"felt", "tooth", "paired", "partner"}
+    np.testing.assert_allclose(extent(meshes["felt"].mesh.vertices), [[-0.1, -0.2, 0.7], [0.1, 0.2, 1.3]], atol=1e-6)
+    assert not meshes["felt"].is_static
+    assert meshes["paired"].is_static
+    hull = meshes["tooth"].mesh
+    assert (len(hull.vertices), len(hull.faces)) == (4, 4)  # the point inside is no corner of the hull
+    corners = hull.vertices[hull.faces].astype(float)
+    assert abs(np.einsum("fk,fk->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()) / 6 == (
+        pytest.approx(1 / 6, rel=1e-5)
+    )

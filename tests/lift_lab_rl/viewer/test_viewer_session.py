@@ -5,59 +5,35 @@ import re
 import shutil
 import signal
 
-import gymnasium as gym
 import msgspec
 import pytest
 import torch
 
-import lift_lab_tasks  # noqa: F401
 from lift_lab.markers import VisualizationMarkers
 from lift_lab.utils.errors import ConfigError, FileError, LiftLabError
 from lift_lab.visualizers import open_server
-from lift_lab_rl.evaluation import add_success_probe
-from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
 from lift_lab_rl.viewer import CheckpointPolicy, RandomPolicy, ViewerSession, ZeroPolicy, record_replay
-from lift_lab_tasks.utils import parse_env_cfg
 
 pytest.importorskip("viser")
 
 
-@pytest.fixture(scope="module")
-def env():
-    cfg = parse_env_cfg("Lift-Cube-Franka", device="cpu", num_envs=3)
-    cfg.sim.num_threads, cfg.seed = 1, 4
-    add_success_probe(cfg, "lift_lab_tasks.manager_based.manipulation.lift.mdp:object_reached_goal")
-    env = RslRlVecEnvWrapper(gym.make("Lift-Cube-Franka", cfg=cfg))
-    yield env
-    env.close()
-
-
-@pytest.fixture
-def session(env):
-    server = open_server(port=0)
-    session = ViewerSession(env, ZeroPolicy(env), server, "Lift")
-    session._do_speed("as fast as possible")
-    yield session
-    server.stop()
-
-
 def shapes(session):
     """What was sent to the browser: path in the scene -> its handle."""
-    return {handle.name: handle for handle in session._bodies._handles}
+    return {handle.name: handle for handle in session._scene.bodies.moving_bodies.values()}
 
 
 def test_every_body_stands_at_the_origin_of_its_environment_plus_its_own_place(env, session):
     session.run(2)
     inner = env.unwrapped
     hand = inner.scene["robot"].body_names.index("panda_hand")
-    sent = shapes(session)["/bodies/robot/panda_hand"]
+    sent = shapes(session)["/world/bodies/robot/panda_hand"]
     torch.testing.assert_close(torch.tensor(sent.batched_positions), inner.scene["robot"].data.body_pos_w[:, hand])
     torch.testing.assert_close(torch.tensor(sent.batched_wxyzs), inner.scene["robot"].data.body_quat_w[:, hand])
 
 
 def test_bodies_that_cannot_move_are_sent_once(session):
-    assert "/bodies/table/Table" not in shapes(session)
-    assert "/bodies/robot/panda_link0" not in shapes(session)
+    assert "/world/bodies/table/Table" not in shapes(session)
+    assert "/world/bodies/robot/panda_link0" not in shapes(session)
 
 
 def test_a_goal_set_by_hand_is_the_goal_of_every_environment_until_given_back(env, session):
@@ -106,14 +82,14 @@ def test_episodes_that_end_are_counted(env, session):
     assert session._success.episodes == 3
     assert session._success.rate == 0.0
     session._show_figures()
-    assert "0% of 3" in session._panel.figures.content
+    assert "0% of 3" in session._panel.episode.content
     assert "reaching_object" in session._panel.figures.content
     assert "· object_position_error" in session._panel.figures.content  # below the command that it is logged with
 
 
 def test_markers_can_be_hidden_and_sensor_frames_shown(env, session):
-    session._post("show_commands", False)
-    session._post("show_sensors", True)
+    session._post("show", "commands", False)
+    session._post("show", "sensors", True)
     session.run(1)
     goal = VisualizationMarkers.of(env.unwrapped.sim)[0]
     assert not goal.is_visible()
@@ -123,8 +99,8 @@ def test_markers_can_be_hidden_and_sensor_frames_shown(env, session):
     # the line: from the middle, half its length along its z axis is the target
     turned = torch.linalg.vector_norm(frames.scales[6:, 2:], dim=1)
     torch.testing.assert_close(turned, (data.target_pos_w[:, 0] - data.source_pos_w).norm(dim=1))
-    session._post("show_commands", True)
-    session._post("show_sensors", False)
+    session._post("show", "commands", True)
+    session._post("show", "sensors", False)
     session.run(2)
 
 
@@ -146,7 +122,7 @@ def test_a_replay_is_one_page_as_long_as_the_episode(env, tmp_path):
     content = msgspec.msgpack.decode(recording[8 : 8 + length])
     assert content["durationSeconds"] == pytest.approx(10 * env.unwrapped.step_dt)
     names = {message.get("name") for _, message in content["messages"]}
-    assert {"/bodies/robot/panda_hand", "/bodies/object/Object", "/bodies/table/Table"} <= names
+    assert {"/world/bodies/robot/panda_hand", "/world/bodies/object/Object", "/world/bodies/table/Table"} <= names
     assert max(time for time, _ in content["messages"]) == pytest.approx(10 * env.unwrapped.step_dt)
 
 
