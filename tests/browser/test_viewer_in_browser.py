@@ -134,7 +134,7 @@ def test_the_viewer_shows_a_robot_that_moves_and_a_slider_moves_the_goal(page):
         first = wait_for(lambda: drawn(page, "live"), "the table is on screen")
         body = page.locator("body")
         text = body.inner_text()
-        for expected in ("Lift-Cube-Franka-CL-Play", "random", "environment 0 of 4", "reaching_object", "curriculum"):
+        for expected in ("Lift-Cube-Franka-CL-Play", "random", "environment 0 of 4", "object_pose"):
             assert expected in text
 
         # the random agent moves the robot, which is in the middle of the picture

@@ -224,12 +224,12 @@ class ViewerSession:
 
     def _show_figures(self) -> None:
         env, env_id = self._inner, self._scene.env_id
-        self._panel.episode.content = tables.episode(env, env_id, self._success)
+        self._panel.episode.content = tables.join(
+            tables.episode(env, env_id, self._success), tables.commands(env, env_id)
+        )
         self._plot.push()
-        parts = [tables.rewards(env, env_id), tables.commands(env, env_id), tables.curriculum(env)]
-        if self._scene.last_contacts:
-            parts.insert(0, tables.contacts(self._scene.last_contacts, self._scene.body_names))
-        self._panel.figures.content = "<br>".join(part for part in parts if part)
+        contacts = tables.contacts(self._scene.last_contacts, self._scene.body_names)
+        self._panel.figures.content = tables.join(contacts, tables.rewards(env, env_id), tables.curriculum(env))
         lines = [f"**{self._title}** · {self._policy.current} · environment {env_id} of {self._env.num_envs}"]
         lines += [f"⚠ {text}" for text in (self._problem, self._policy.warning()) if text]
         self._panel.status.content = "\n\n".join(lines)

@@ -24,6 +24,11 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return f'<table style="{_STYLE}"><tr>{line(columns, "th")}</tr>{body}</table>'
 
 
+def join(*tables: str) -> str:
+    """Tables below each other, without empty ones."""
+    return "<br>".join(part for part in tables if part)
+
+
 def rewards(env: Any, env_id: int) -> str:
     """Each reward term: weight, its value now (per second), and its sum over the running episode."""
     manager = env.reward_manager
@@ -61,12 +66,12 @@ def curriculum(env: Any) -> str:
 
 
 def contacts(found: list[Contact], body_names: list[str]) -> str:
-    """Force between each pair of bodies that touch: contact points, and the size of their summed force in N."""
+    """Contact points of each pair of bodies that touch, and the size of their summed force; empty if none touch."""
     rows = [
         (f"{body_names[body]} ← {body_names[other]}", count, f"{np.linalg.norm(force):.2f} N")
         for (body, other), (count, force) in sum_by_pair(found).items()
     ]
-    return table(("contact: on ← from", "points", "force"), rows)
+    return table(("contact: on ← from", "points", "force"), rows) if rows else ""
 
 
 def episode(env: Any, env_id: int, success: Any) -> str:

@@ -84,7 +84,7 @@ def test_episodes_that_end_are_counted(env, session):
     session._show_figures()
     assert "0% of 3" in session._panel.episode.content
     assert "reaching_object" in session._panel.figures.content
-    assert "· object_position_error" in session._panel.figures.content  # below the command that it is logged with
+    assert "· object_position_error" in session._panel.episode.content  # below the command that it is logged with
 
 
 def test_markers_can_be_hidden_and_sensor_frames_shown(env, session):
