@@ -16,13 +16,18 @@ _CALLABLE = (type, collections.abc.Callable)
 
 @functools.cache
 def _options(cls: type, name: str) -> tuple[tuple[Any, ...], bool]:
-    """Types of a field that one of this project's own classes annotates, without None; and whether None is one."""
+    """Types of a field, without None; and whether None is one. None are known of a field that is not ours.
+
+    A field is ours if a class of this project annotates it, and if no sub-class elsewhere annotates it otherwise.
+    """
+    nearest: Any = None
     for base in cls.__mro__:
         if name in vars(base).get("__annotations__", {}):
-            ours = base.__module__.partition(".")[0] in ("lift_lab", "lift_lab_rl")
-            hint = field_hints(base).get(name) if ours else None
-            options = () if hint is None else _alternatives(hint)
-            return tuple(option for option in options if option is not type(None)), type(None) in options
+            hint = field_hints(base).get(name)
+            nearest = hint if nearest is None else nearest
+            if base.__module__.partition(".")[0] in ("lift_lab", "lift_lab_rl"):
+                options = () if hint is None or hint != nearest else _alternatives(hint)
+                return tuple(option for option in options if option is not type(None)), type(None) in options
     return (), True
 
 

@@ -11,6 +11,7 @@ from lift_lab.managers import EventTermCfg, ObservationTermCfg, RewardTermCfg
 from lift_lab.markers import VisualizationMarkersCfg
 from lift_lab.sim import CuboidCfg, SimulationCfg, UsdFileCfg
 from lift_lab.terrains import TerrainImporterCfg
+from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.field_kinds import kind_problem
 from lift_lab.utils.noise import GaussianNoiseCfg
@@ -46,6 +47,26 @@ class MyArticulation(Articulation):
 )
 def test_what_cannot_be_meant_is_named(cls, name, value, needs):
     assert needs in kind_problem(cls, name, "x", value)
+
+
+@configclass
+class SameAnnotationCfg(mdp.UniformPoseCommandCfg):
+    """Sets a field's default, as a user's command does."""
+
+    class_type: type = MyArticulation
+
+
+@configclass
+class OtherAnnotationCfg(mdp.UniformPoseCommandCfg):
+    """Means something else by a field."""
+
+    class_type: type | int = 5
+
+
+def test_a_users_sub_class_keeps_the_kind_unless_it_annotates_otherwise():
+    assert kind_problem(SameAnnotationCfg, "class_type", "x", None) == "x is null; it needs a class"
+    assert kind_problem(SameAnnotationCfg, "class_type", "x", MyArticulation) is None
+    assert kind_problem(OtherAnnotationCfg, "class_type", "x", 7) is None
 
 
 @pytest.mark.parametrize("name", ["scene", "sim", "viewer"])
