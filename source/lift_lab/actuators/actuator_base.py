@@ -1,4 +1,4 @@
-"""What all actuator models share: the joints of a group and their resolved gains and limits."""
+"""Base class of the actuator models: the joints of a group and their resolved gains and limits."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class ActuatorBase(ABC, Stateful):
     """Motor speed per joint speed, as ``data.gear_ratio`` reports it."""
 
     computed_effort: torch.Tensor
-    """What the model asked for at the last :meth:`compute`."""
+    """Effort of the last :meth:`compute` before clipping."""
     applied_effort: torch.Tensor
-    """What it gave after clipping."""
+    """Effort of the last :meth:`compute` after clipping."""
     effort_limit: torch.Tensor = _UNSET
-    """Where the model clips its effort. Of an implicit model the same as :attr:`effort_limit_sim`."""
+    """Effort limit of the model. For an implicit model it equals :attr:`effort_limit_sim`."""
     effort_limit_sim: torch.Tensor = _UNSET
-    """Where the engine clips the joint's effort: for an explicit model 1e9 unless the config says otherwise."""
+    """Effort limit of the engine. For an explicit model it is 1e9 unless the config sets it."""
     velocity_limit: torch.Tensor = _UNSET
     """Velocity limit of the model. Of an implicit model the same as :attr:`velocity_limit_sim`."""
     velocity_limit_sim: torch.Tensor = _UNSET
@@ -53,8 +53,8 @@ class ActuatorBase(ABC, Stateful):
     dynamic_friction: torch.Tensor
     viscous_friction: torch.Tensor
     joint_property_resolution_table: dict[str, list[list]]
-    """Rows of (joint, index, file's value, config's value or ``"Not Specified"``, value used) by property, of those
-    where the config says nothing or differs from the file."""
+    """Rows of (joint, index, file's value, config's value or ``"Not Specified"``, value used) by property. Only joints
+    whose config sets no value, or another value than the file, have a row."""
 
     cfg: Any
     """The group's config; a sub-class may narrow its type."""

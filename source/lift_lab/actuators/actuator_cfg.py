@@ -129,6 +129,6 @@ class ActuatorNetMLPCfg(DCMotorCfg):
     input_order: Literal["pos_vel", "vel_pos"] = MISSING
     """Whether position errors or velocities come first."""
     input_idx: Sequence[int] = MISSING
-    """Which physics steps enter: 0 is now, n is n steps ago."""
+    """Physics steps that the network reads: 0 is the current step, n is n steps ago."""
 
     _ranges: ClassVar[Ranges] = {"pos_scale vel_scale torque_scale": FINITE, "input_idx": COUNT_OR_ZERO}

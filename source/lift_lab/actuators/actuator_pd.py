@@ -166,7 +166,7 @@ class DelayedPDActuator(IdealPDActuator):
         return self.positions_delay_buffer, self.velocities_delay_buffer, self.efforts_delay_buffer
 
     def reset(self, env_ids: Sequence[int] | torch.Tensor | slice | None) -> None:
-        """Forget the targets of some environments and draw their lags anew."""
+        """Clear the targets of some environments and draw new lags."""
         super().reset(env_ids)
         ids = torch.arange(self._num_envs, device=self._device)[slice(None) if env_ids is None else env_ids]
         lags = torch.randint(self.cfg.min_delay, self.cfg.max_delay + 1, (len(ids),), device=self._device)

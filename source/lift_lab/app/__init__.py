@@ -1,7 +1,7 @@
-"""Command lines: Isaac Lab's ``AppLauncher`` without a simulator behind it, and what all scripts share.
+"""Command lines: Isaac Lab's ``AppLauncher`` without a simulator, and helpers of all scripts.
 
-Importing this package is cheap: neither torch nor mujoco is touched, so that ``--help`` answers at once and a script
-can set environment variables before they are imported.
+Importing this package loads neither torch nor mujoco. So ``--help`` answers at once, and a script can set environment
+variables before it imports them.
 """
 
 from .app_launcher import AppLauncher

@@ -1,8 +1,8 @@
 """Scripts that a script starts: they end with it, also if it is killed.
 
-The kernel sends a child SIGTERM when its parent is gone; the child asks for that itself, in :func:`follow_parent`, and
-then looks whether the parent still is there. So there is no moment, between fork and exec or later, in which a parent
-that is killed leaves a child behind. On systems without ``prctl`` only :class:`FolderLock` protects.
+The kernel sends a child SIGTERM when its parent is gone. The child asks for this in :func:`follow_parent`, then checks
+that the parent is still there. So a killed parent never leaves a child behind. On systems without ``prctl`` only
+:class:`FolderLock` protects.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _PARENT = "LIFT_LAB_PARENT"
 _PR_SET_PDEATHSIG = 1
 
 PATIENCE_S = 60.0
-"""How long a start waits for the last processes of an earlier one, in s."""
+"""Time in s that a start waits for the last processes of an earlier one."""
 
 
 def child_environment() -> dict[str, str]:

@@ -1,7 +1,7 @@
-"""What the scripts share: arguments with overrides behind them, and errors in one line.
+"""Command-line helpers of the scripts: arguments followed by overrides, and errors in one line.
 
-A user's mistake ends a script with one line on standard error and exit status 2; anything else is a bug and keeps its
-traceback, with exit status 1. A script that a signal ends has status 128 plus the signal's number.
+A user's mistake ends a script with one line on standard error and exit status 2. Anything else is a bug: it keeps its
+traceback and has exit status 1. A script that a signal ends has status 128 plus the signal's number.
 """
 
 from __future__ import annotations

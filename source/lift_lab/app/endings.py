@@ -1,7 +1,7 @@
-"""How a script ends before it is done: by Ctrl-C, SIGTERM, or SIGHUP, which says that its terminal is gone.
+"""Signals that end a script early: Ctrl-C, SIGTERM, and SIGHUP, which reports that the terminal was closed.
 
-All three raise :class:`Interrupted` in the main thread, so that files and environments are closed. A loop that can end
-in a better way, such as a training, puts handlers of its own in place meanwhile.
+All three raise :class:`Interrupted` in the main thread, so files and environments are closed. A training installs its
+own handlers while it runs.
 """
 
 from __future__ import annotations

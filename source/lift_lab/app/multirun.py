@@ -19,7 +19,7 @@ from .children import child_environment
 from .endings import number_of
 
 FLAGS = ("-m", "--multirun")
-"""How a sweep is asked for (hydra's flags)."""
+"""Flags that ask for a sweep (hydra's)."""
 
 
 def expand(overrides: Sequence[str]) -> list[list[str]]:

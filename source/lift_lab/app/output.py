@@ -1,8 +1,8 @@
 """Standard output and standard error that may go away while a script runs.
 
-A terminal is closed, the reader of a pipe ends, a disk is full: after the first text that cannot be written, the stream
-leads to the null device, for Python, C code and child processes alike. So nothing dies of printing. What the script
-does then is the same as after SIGHUP: see :mod:`lift_lab.app.endings`.
+A terminal may be closed, the reader of a pipe may end, or a disk may be full. After the first text that cannot be
+written, the stream leads to the null device. This holds for Python, C code and child processes, so printing ends none
+of them. The script then continues as after SIGHUP: see :mod:`lift_lab.app.endings`.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class Program(NamedTuple):
 
     @property
     def command(self) -> str:
-        """What starts it in a shell: ``lift-lab train`` or ``python scripts/rsl_rl/train.py``."""
+        """Command that starts it in a shell: ``lift-lab train`` or ``python scripts/rsl_rl/train.py``."""
         return f"python {self.name}" if self.name.endswith(".py") else self.name
 
 

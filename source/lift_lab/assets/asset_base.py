@@ -1,4 +1,4 @@
-"""What all assets share: being spawned into the scene's MjSpec and finding themselves in the compiled model."""
+"""Base class of assets: spawning into the scene's MjSpec, and lookup in the compiled model."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ __all__ = [
 logger = logging.getLogger(__name__)
 
 Values = torch.Tensor | np.ndarray | Sequence[float] | float
-"""What methods that write states take: anything that makes a tensor and broadcasts to the shape they name."""
+"""Argument of methods that write states: anything that makes a tensor and broadcasts to the shape they name."""
 
 
 class AssetBase(Entity):

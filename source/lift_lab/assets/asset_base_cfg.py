@@ -21,7 +21,7 @@ class AssetBaseCfg(ConfigBase):
 
     @configclass
     class InitialStateCfg:
-        """Where the asset stands, in the environment's frame."""
+        """Initial pose of the asset in the environment's frame."""
 
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
         """Position in m."""
@@ -34,7 +34,7 @@ class AssetBaseCfg(ConfigBase):
     prim_path: str = MISSING
     """Isaac Lab's prim path. ``{ENV_REGEX_NS}`` stands for the environment; the last part names the prim."""
     spawn: SpawnerCfg | None = None
-    """What is spawned."""
+    """Spawner: the file, shape or light that the asset is made of."""
     init_state: Annotated[Any, InitialStateCfg] = InitialStateCfg()
     collision_group: Literal[0, -1] = 0
     """Isaac Lab's collision group. Environments never collide here."""

@@ -69,7 +69,7 @@ class BodyAsset(AssetBase):
 
     @cached_property
     def root_physx_view(self) -> RigidBodyView:
-        """What task files ask PhysX for, answered by MuJoCo."""
+        """PhysX's tensor view, answered by MuJoCo."""
         return RigidBodyView(self)
 
     def find_bodies(self, name_keys: str | Sequence[str], preserve_order: bool = False) -> tuple[list[int], list[str]]:

@@ -125,8 +125,8 @@ class BodyState(AssetData):
 
     @property
     def root_is_aligned(self) -> bool:
-        """Whether the root is fixed to the world with its axes along the world's, in every environment: then nothing
-        has to be turned from the one frame into the other."""
+        """Whether the root is fixed to the world with the world's axes in every environment. Then no rotation between
+        the two frames is needed."""
         if self._root_stands:
             self.root_link_quat_w  # noqa: B018 - is kept now, where it can be
         return self._kept_is_aligned and "root_link_quat_w" in self._kept

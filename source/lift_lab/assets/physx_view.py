@@ -1,8 +1,8 @@
-"""Those parts of PhysX's tensor views that Isaac Lab task files ask for, answered by MuJoCo.
+"""Parts of PhysX's tensor views that Isaac Lab task files use, answered by MuJoCo.
 
-Conventions are PhysX's, which differ from those of ``asset.data``: quaternions are (x, y, z, w); masses, inertias,
-centres of mass and materials are on the CPU, and what sets them takes the rows of all environments and writes those of
-``indices``. Views of rigid objects have one row for each environment. Those of articulations have bodies in between.
+Conventions are PhysX's, not those of ``asset.data``. Quaternions are (x, y, z, w). Masses, inertias, centres of mass
+and materials are on the CPU. Their setters take the rows of all environments and write those of ``indices``. Views of
+rigid objects have one row for each environment. Those of articulations have bodies in between.
 """
 
 from __future__ import annotations

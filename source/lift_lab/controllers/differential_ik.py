@@ -17,7 +17,7 @@ class DifferentialIKController:
     r"""One step of inverse kinematics, :math:`q_{des} = q + J^{\dagger} (x_{des} - x)`, for all environments.
 
     Poses, Jacobian and commands are in one frame of the caller's choice. Methods and their parameters are those of
-    Isaac Lab's controller of this name; see S. R. Buss, "Introduction to Inverse Kinematics with Jacobian Transpose,
+    Isaac Lab's controller of this name. See S. R. Buss, "Introduction to Inverse Kinematics with Jacobian Transpose,
     Pseudoinverse and Damped Least Squares methods" (2004).
     """
 

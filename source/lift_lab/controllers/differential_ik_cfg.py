@@ -33,8 +33,8 @@ class DifferentialIKControllerCfg(ConfigBase):
     """Whether commands are changes to the current pose, or poses."""
 
     ik_method: Literal["pinv", "svd", "trans", "dls"] = MISSING
-    """How the Jacobian is inverted: pseudo-inverse, pseudo-inverse without small singular values, transpose, or
-    damped least squares."""
+    """Inverse of the Jacobian: pseudo-inverse, pseudo-inverse without small singular values, transpose, or damped least
+    squares."""
 
     ik_params: dict[str, float] | None = None
     """Parameters of the method: ``k_val`` (gain; pinv, svd, trans), ``min_singular_value`` (svd), ``lambda_val``

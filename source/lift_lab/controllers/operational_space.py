@@ -26,9 +26,9 @@ _GAIN_SIZES = {"fixed": 0, "variable_kp": 6, "variable": 12}
 class OperationalSpaceController:
     """Motion and contact-wrench control in a task frame, for all environments.
 
-    Everything given and returned is in the arm's root frame (``_b``), except commands, which are in the task frame
-    (``_task``); without a task frame the two are one. Six-vectors are linear, then angular. Follows O. Khatib, "A
-    unified approach for motion and force control of robot manipulators: The operational space formulation" (1987).
+    Arguments and results are in the arm's root frame (``_b``). Commands are in the task frame (``_task``), which is the
+    root frame unless one is given. Six-vectors are linear, then angular. Follows O. Khatib, "A unified approach for
+    motion and force control of robot manipulators: The operational space formulation" (1987).
     """
 
     def __init__(self, cfg: OperationalSpaceControllerCfg, num_envs: int, device: str):
@@ -94,9 +94,9 @@ class OperationalSpaceController:
         """Set targets and, in the variable modes, gains.
 
         Args:
-            command: the targets in the order of the config's ``target_types`` (pose: m, wxyz; change of pose: m,
-                axis-angle in rad; wrench: N, N m), then stiffness (6) and damping ratio (6) as the impedance mode
-                has it. Shape (num_envs, :attr:`action_dim`).
+            command: the targets in the order of the config's ``target_types``, then stiffness (6) and damping ratio (6)
+                as the impedance mode has it. Poses are m and wxyz, changes of pose m and axis-angle in rad, wrenches N
+                and N m. Shape (num_envs, :attr:`action_dim`).
             current_ee_pose_b: current pose, shape (num_envs, 7); needed for ``pose_rel``.
             current_task_frame_pose_b: pose of the task frame, shape (num_envs, 7); None is the root frame.
 

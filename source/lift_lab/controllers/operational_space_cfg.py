@@ -19,7 +19,7 @@ class OperationalSpaceControllerCfg(ConfigBase):
     """The controller."""
 
     target_types: Sequence[str] = MISSING
-    """What a command holds, in order: ``"pose_abs"`` (7), ``"pose_rel"`` (6), ``"wrench_abs"`` (6)."""
+    """Parts of a command, in order: ``"pose_abs"`` (7), ``"pose_rel"`` (6), ``"wrench_abs"`` (6)."""
 
     motion_control_axes_task: Sequence[int] = (1, 1, 1, 1, 1, 1)
     """Axes of the task frame whose motion is controlled (1) or free (0)."""

@@ -1,4 +1,4 @@
-"""What a camera saw, kept as states, and the process that draws it.
+"""Films as recorded states, and the process that draws them.
 
     python -m lift_lab.drawing.film FILM VIDEO.mp4 [--background]
 
@@ -42,7 +42,7 @@ class Film:
     height: int
     fps: float
     origins: np.ndarray
-    """Where each environment stands in the frame in m, shape (n, 3)."""
+    """Position of each environment in the frame in m, shape (n, 3)."""
     camera: str | None = None
     """A camera of the model; None for the pictures' own views."""
     fine: bool = False

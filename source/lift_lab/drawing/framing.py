@@ -1,4 +1,4 @@
-"""Where a camera has to stand to see what matters in a scene."""
+"""Default pose of a camera: it frames the robots and objects of a scene."""
 
 from __future__ import annotations
 

@@ -13,11 +13,12 @@ from .framing import drawn_geoms
 HORIZON, ZENITH, BELOW = (236, 239, 243), (150, 176, 205), (200, 204, 210)
 """Colours of what is behind a scene: at the horizon, 45 degrees above it, and 45 degrees below it."""
 _SUN_TURN_DEG, _SUN_HEIGHT_DEG = 50.0, 55.0
-"""Where the sun of a scene without lights stands: to the left of the camera, and above the horizon."""
+"""Direction of the sun in a scene without lights: to the left of the camera, and above the horizon."""
 _SUN, _FILL, _AMBIENT, _SHINE = 0.58, 0.18, 0.32, 0.12
 """Brightness of a scene without lights: of the sun, of the headlight, of what comes from everywhere, of reflections."""
 _NEAR, _CLEAR, _HAZE_ENDS = 0.01, 1.5, 6.0
-"""Where the view begins, the first haze, and how deep it is, in distances from the camera to what it looks at."""
+"""Start of the view, start of the haze and depth of the view, in units of the distance from the camera to its
+target."""
 _FAR = 50.0
 """Where the view ends, in distances to the end of the scene."""
 _SHADE = 1.1
@@ -145,7 +146,7 @@ def _add_sun(scene: mujoco.MjvScene, ahead: np.ndarray) -> None:
 
 
 class Sky:
-    """What is behind a scene: a gradient that belongs to the world, so that it meets the ground at the horizon."""
+    """Background of a scene: a gradient that belongs to the world, so that it meets the ground at the horizon."""
 
     def __init__(self, width: int, height: int):
         """Compute nothing yet.

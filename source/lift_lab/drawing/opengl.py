@@ -8,7 +8,7 @@ import sys
 from typing import Any, Protocol
 
 INSTALL = "on Debian or Ubuntu: apt-get install libegl1 libgl1-mesa-dri libopengl0"
-"""What drawing needs."""
+"""Requirements of drawing."""
 _OFF = ("disable", "disabled", "off", "false", "0")
 _MODULES = {"egl": "mujoco.egl", "osmesa": "mujoco.osmesa", "cgl": "mujoco.cgl"}
 """Module by value of MUJOCO_GL."""

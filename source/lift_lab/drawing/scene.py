@@ -22,7 +22,7 @@ _COLOURS = ("geom_rgba", "geom_matid", "mat_rgba", "site_rgba")
 
 @dataclass
 class Picture:
-    """What one frame shows: the state of one or many environments, and what is drawn over them."""
+    """Contents of one frame: the state of one or many environments, and what is drawn over them."""
 
     qpos: np.ndarray
     """Positions of the environments drawn, shape (n, nq)."""

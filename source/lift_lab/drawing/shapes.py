@@ -31,8 +31,8 @@ class Primitive:
     kind: int
     """One of this module's constants, MuJoCo's ``mjtGeom``."""
     size: np.ndarray
-    """Half-lengths along its own axes in m, shape (3,): of an ARROW the shaft's radius twice and the length; of a
-    TRIANGLE the lengths of the first two columns of :attr:`mat`, which lead from one corner to the two others."""
+    """Half-lengths along its own axes in m, shape (3,). For an ARROW: the shaft's radius twice, then the length. For a
+    TRIANGLE: the lengths of the first two columns of :attr:`mat`, which lead from one corner to the others."""
     position: np.ndarray
     """Its centre in m, shape (3,): of an ARROW its tail, of a TRIANGLE a corner."""
     mat: np.ndarray
@@ -64,7 +64,7 @@ class Placed:
 
     @property
     def num_geoms(self) -> int:
-        """How many geoms a scene needs for it."""
+        """Number of geoms that a scene needs for it."""
         return len(self.shape) * len(self.positions)
 
 
@@ -120,7 +120,7 @@ def triangle(corners: tuple[np.ndarray, np.ndarray, np.ndarray], rgba: np.ndarra
 
 
 def add(scene: mujoco.MjvScene, placed: Placed) -> None:
-    """Append a marker's instances to a scene, as far as it has room."""
+    """Append a marker's instances to a scene, until the scene's geoms are used up."""
     rotation = np.zeros(9)
     for position, quat, scale in zip(placed.positions, placed.quats, placed.scales, strict=True):
         mujoco.mju_quat2Mat(rotation, np.asarray(quat, dtype=np.float64))

@@ -48,7 +48,7 @@ class Articulation(JointProperties):
 
     @cached_property
     def root_physx_view(self) -> ArticulationView:
-        """What task files ask PhysX for, answered by MuJoCo."""
+        """PhysX's tensor view, answered by MuJoCo."""
         return ArticulationView(self)
 
     @property

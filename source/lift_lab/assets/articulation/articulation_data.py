@@ -41,8 +41,8 @@ class ArticulationData(BodyData):
     joint_vel_limits: torch.Tensor
     soft_joint_vel_limits: torch.Tensor
     joint_effort_limits: torch.Tensor
-    """Effort limits of the engine: the greater of both sides where a file's force range is lopsided; infinite where
-    there is none, 1e9 for explicit models without ``effort_limit_sim`` (as Isaac Lab)."""
+    """Effort limits of the engine. For a force range that is not symmetric this is the greater side. It is infinite
+    without a limit, and 1e9 for explicit models without ``effort_limit_sim`` (as Isaac Lab)."""
     gear_ratio: torch.Tensor
     default_joint_stiffness: torch.Tensor
     default_joint_damping: torch.Tensor

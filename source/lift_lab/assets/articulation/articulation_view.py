@@ -43,7 +43,7 @@ class ArticulationView(RigidBodyView):
 
     @property
     def shared_metatype(self) -> SimpleNamespace:
-        """What all environments share: ``fixed_base``, and number and names of links and of degrees of freedom."""
+        """Data that all environments share: ``fixed_base``, number and names of links and of degrees of freedom."""
         asset = self._asset
         return SimpleNamespace(
             fixed_base=asset.is_fixed_base,

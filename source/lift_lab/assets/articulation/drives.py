@@ -34,7 +34,7 @@ _LIMITS = ("effort_limit", "effort_limit_sim", "velocity_limit", "velocity_limit
 
 @dataclass(frozen=True)
 class FileJoint:
-    """What a joint is like in its file, before any config. Units: N m (N), rad (m), s."""
+    """Properties of a joint in its file, before any config. Units: N m (N), rad (m), s."""
 
     drive: FileDrive
     armature: float
@@ -45,7 +45,7 @@ class FileJoint:
 
 @dataclass
 class JointDrive:
-    """What one joint's actuator was resolved to. Units: N m (N), rad (m), s."""
+    """Resolved actuator of one joint. Units: N m (N), rad (m), s."""
 
     joint: str
     group: str | None
@@ -93,8 +93,8 @@ def build_drives(
         path: where the articulation is configured, for messages.
 
     Raises:
-        ConfigError: a pattern that matches no joint, a joint in two groups, a number out of range, limits that
-            contradict each other, or gains left to a file whose actuator follows no PD law.
+        ConfigError: a pattern matches no joint, a joint is in two groups, a number is out of range, or limits
+            contradict each other. Also gains that are None while the file's actuator follows no PD law.
     """
     builder = _Builder(spec, report, path)
     for group, cfg in actuators.items():

@@ -26,7 +26,7 @@ _SCALAR = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 @dataclass(frozen=True)
 class FileDrive:
-    """What drives one joint in its file. Units: N m (N), rad (m), s."""
+    """Drive of one joint in its file. Units: N m (N), rad (m), s."""
 
     stiffness: float = 0.0
     damping: float = 0.0
@@ -35,9 +35,9 @@ class FileDrive:
     effort_range: tuple[float, float] = (-_INF, _INF)
     """Least and greatest effort of all actuators together."""
     position_range: tuple[float, float] = (-_INF, _INF)
-    """Where the file clips position targets (the control range of a position actuator)."""
+    """Range to which the file clips position targets (the control range of a position actuator)."""
     velocity_range: tuple[float, float] = (-_INF, _INF)
-    """Where the file clips velocity targets (the control range of a velocity actuator)."""
+    """Range to which the file clips velocity targets (the control range of a velocity actuator)."""
     actuators: tuple[str, ...] = ()
     """Names of the actuators that follow the law above, in the file."""
     others: tuple[str, ...] = ()

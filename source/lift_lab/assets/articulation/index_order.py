@@ -1,4 +1,4 @@
-"""Which number a joint or a body has: Isaac Lab's order, or the engine's."""
+"""Indices of joints and bodies in Isaac Lab's order and in the engine's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What joints of an articulation are like: gains, limits, friction, armature, as data and in the engine."""
+"""Properties of an articulation's joints: gains, limits, friction, armature, as data and in the engine."""
 
 from __future__ import annotations
 
