@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from page_files import forget_own_task, write_files
 
 from lift_lab_cli.main import COMMANDS, console
 from lift_lab_tasks.utils.hydra import compose
@@ -33,6 +34,7 @@ SMALLER = {
     "play.py --video": [*HERE, "--num_envs", "1", "--steps", "2", "env.viewer.resolution=[64,48]"],
     "play.py": [*HERE, "--num_envs", "1", "--steps", "2"],
     "list_envs.py": [],
+    "describe": [],
     "viewer_rate.py": ["--num_envs", "1", "--updates", "2"],
     "video_cost.py": ["--num_envs", "2", "--steps", "2", "--length", "1", "--interval", "2"],
 }
@@ -78,8 +80,9 @@ for _page, _command in ALL:
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """A folder with the file that the first tutorial asks to write."""
+    """A folder with the files that the tutorials ask to write."""
     folder = tmp_path_factory.mktemp("checkout")
+    write_files(ROOT / "docs" / "tutorials" / "own_task.md", folder)
     first = (ROOT / "docs" / "tutorials" / "first_task.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```$", first, flags=re.DOTALL | re.MULTILINE)
     (folder / "balance.py").write_text("\n\n".join(blocks))
@@ -110,12 +113,19 @@ def run_script(place, monkeypatch, capsys):
 
     yield call
     torch.set_num_threads(threads)
+    forget_own_task()
 
 
 def trained(run_script, task: str, place: Path) -> None:
     """Make sure that there is a run of a task to play."""
-    if task.startswith("Lift-Cube-Franka") and not list(place.glob("logs/rsl_rl/*/*/model_1.pt")):
-        status, printed = run_script("scripts/rsl_rl/train.py", "--task", "Lift-Cube-Franka-CL", *SMALLER["train.py"])
+    if task.startswith("Lift-Cube-Franka"):
+        task, experiment = "Lift-Cube-Franka-CL", "franka_lift"
+    elif task == "knock:Knock-Pin":
+        experiment = "knock_pin"
+    else:
+        return
+    if not list(place.glob(f"logs/rsl_rl/{experiment}/*/model_1.pt")):
+        status, printed = run_script("train", "--task", task, *SMALLER["train.py"])
         assert status == 0, printed
 
 
