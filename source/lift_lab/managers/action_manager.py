@@ -33,8 +33,9 @@ class ActionTerm(DebugVisTerm, ABC):
     """The term's config."""
 
     constant_over_substeps: ClassVar[bool] = False
-    """Whether :meth:`apply_actions` writes the same at every physics step of an environment step, so that it is called
-    once for all of them. Said of the class's own :meth:`apply_actions`: a class that overrides it says so anew."""
+    """Whether :meth:`apply_actions` writes the same values at every physics step of an environment step. Then it is
+    called once for all of them. The value counts for the class that defines :meth:`apply_actions`: a class that
+    overrides the method sets it again."""
 
     _asset: Any
     """The scene entity that the actions drive."""

@@ -1,4 +1,4 @@
-"""Commands: goals that each environment holds for a while and then draws anew."""
+"""Commands: goals of each environment that are drawn again at intervals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class CommandTerm(DebugVisTerm, ABC):
-    """A command and the timers that decide when it is drawn anew.
+    """Base class of command terms: a command and the timers that decide when it is drawn again.
 
     Source: Isaac Lab's ``CommandTerm``.
     """
@@ -30,7 +30,7 @@ class CommandTerm(DebugVisTerm, ABC):
     Shape of each is (num_envs,). A metrics term measures the last step of an episode, too."""
 
     time_left: torch.Tensor
-    """Seconds until the command is drawn anew. Shape is (num_envs,)."""
+    """Seconds until the command is drawn again. Shape is (num_envs,)."""
 
     command_counter: torch.Tensor
     """Commands drawn in the current episode. Shape is (num_envs,)."""
@@ -86,15 +86,15 @@ class CommandTerm(DebugVisTerm, ABC):
         self._update_command()
 
     def due_mask(self, dt: float, ended: torch.Tensor) -> torch.Tensor | None:
-        """Which commands the next :meth:`compute` will draw.
+        """Predict which commands the next :meth:`compute` will draw.
 
         Args:
             dt: Seconds that will be given to :meth:`compute`.
             ended: Environments that will be reset before it, shape (num_envs,).
 
         Returns:
-            Bool tensor of shape (num_envs,); None where that cannot be told: a reset may draw less than ``dt``, or a
-            class of your own changes how the timers run.
+            Bool tensor of shape (num_envs,). None where that cannot be predicted: a reset may draw less than ``dt``, or
+            your own class changes how the timers run.
         """
         own = type(self)
         if own.compute is not CommandTerm.compute or own._resample is not CommandTerm._resample:
@@ -151,7 +151,7 @@ class CommandManager(ObjectTermManager):
         return extras
 
     def masks(self, dt: float, ended: torch.Tensor) -> dict[Any, torch.Tensor]:
-        """Which commands the next :meth:`compute` will draw, by term."""
+        """Predict which commands the next :meth:`compute` will draw, by term."""
         masks = {term: term.due_mask(dt, ended) for term in self._terms.values()}
         return {term: mask for term, mask in masks.items() if mask is not None}
 

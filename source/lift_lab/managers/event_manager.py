@@ -1,7 +1,7 @@
 """Events: changes of the simulation, made when their mode is applied.
 
-The environment applies ``prestartup`` once before the simulation starts, ``startup`` once after, ``reset`` to the
-environments that reset and ``interval`` at every step; any other mode is applied by whoever defines it.
+The environment applies ``prestartup`` once before the simulation starts, and ``startup`` once after. It applies
+``reset`` to the environments that reset, and ``interval`` at every step. Your own code applies any other mode.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ class EventManager(ManagerBase):
             self._call(cfg, chosen)
 
     def reset(self, env_ids: EnvIds = None) -> dict[str, Any]:
-        """Reset class terms and draw the interval timers anew, but for global ones; logs nothing."""
+        """Reset class terms, and draw the interval timers again except global ones. Logs nothing."""
         if self._unbound:
             self.resolve_terms()
         for class_terms in self._mode_class_term_cfgs.values():

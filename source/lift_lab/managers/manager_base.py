@@ -1,7 +1,7 @@
-"""What every manager and every term share: reading a config's terms, checking them, binding them to the scene.
+"""Base classes of managers and terms: they read a config's terms, check them and bind them to the scene.
 
 A manager deep-copies its config, so a curriculum that edits ``manager.get_term_cfg(name)`` never reaches
-``env.cfg``. All mistakes a config can hold are found here, at construction, by the name of the term.
+``env.cfg``. All mistakes of a config are found here at construction, and errors name the term.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class ManagerTermBase(Stateful):
         return self._env.named_objects()
 
     def scheduled_rewards(self) -> list[str] | None:
-        """Of a curriculum term: the reward terms whose weight it changes, None where that may be any."""
+        """Reward terms whose weight a curriculum term changes. None where it may change any."""
         return named_reward(self.cfg)
 
     def serialize(self) -> dict[str, Any]:
@@ -208,9 +208,9 @@ class ManagerBase(ABC, Stateful):
     def masks(self, dt: float, ended: torch.Tensor) -> dict[Any, torch.Tensor]:
         """Masks whose true rows the manager needs later in the step.
 
-        On an engine for which the host should not wait, the environment asks for those of all managers at once, with
-        the question which episodes ended. The answers are in ``env.prefetched``. Whatever is not there, the manager
-        asks itself.
+        On a GPU the host should not wait for single values. So the environment reads the masks of all managers at once,
+        together with the mask of ended episodes. The results are in ``env.prefetched``. The manager reads masks that
+        are not there by itself.
 
         Args:
             dt: The environment step in seconds.

@@ -31,10 +31,9 @@ class ManagerTermBaseCfg(ConfigBase):
     """A function or class with the arguments it is called with."""
 
     func: Callable | str = MISSING
-    """What computes the term: a function ``func(env, **params)``, a sub-class of
-    :class:`~lift_lab.managers.ManagerTermBase` (built once as ``func(cfg=..., env=...)``, then called the
-    same way), or a string ``"module:name"`` of either. Curriculum and event terms are called with ``(env,
-    env_ids, **params)``."""
+    """Function that computes the term. Either a function ``func(env, **params)``, or a sub-class of
+    :class:`~lift_lab.managers.ManagerTermBase` (built once as ``func(cfg=..., env=...)``, then called the same way), or
+    a string ``"module:name"`` of either. Curriculum and event terms are called with ``(env, env_ids, **params)``."""
 
     params: dict[str, Any] = {}
     """Keyword arguments of the call. A :class:`~lift_lab.managers.SceneEntityCfg` among them, also inside a
@@ -111,8 +110,8 @@ class ObservationTermCfg(ManagerTermBaseCfg):
     """Factor on the clipped value: one number, or one for each entry of the last dimension."""
 
     history_length: int = 0
-    """How many past values are kept, the current one included; 0 keeps none. The first value after a reset
-    fills the whole history; the oldest comes first."""
+    """Number of values that are kept, the current one included; 0 keeps none. The first value after a reset fills the
+    whole history; the oldest comes first."""
 
     flatten_history_dim: bool = True
     """Whether a history of shape (num_envs, length, ...) is returned as (num_envs, length * ...)."""
@@ -147,8 +146,8 @@ class EventTermCfg(ManagerTermBaseCfg):
     """A change of the simulation, ``func(env, env_ids, **params)``, made whenever its mode is applied."""
 
     mode: str = MISSING
-    """When to apply: ``"prestartup"``, ``"startup"``, ``"reset"``, ``"interval"`` or a name of your own that
-    your environment passes to :meth:`~lift_lab.managers.EventManager.apply`."""
+    """Mode: ``"prestartup"``, ``"startup"``, ``"reset"``, ``"interval"``, or your own name that your environment passes
+    to :meth:`~lift_lab.managers.EventManager.apply`."""
 
     interval_range_s: tuple[float, float] | None = None
     """Mode ``"interval"``: seconds between two applications, drawn uniformly."""
@@ -178,8 +177,8 @@ class MetricsTermCfg(ManagerTermBaseCfg):
     """A number of each episode for the log, made from a value of shape (num_envs,) at every step."""
 
     reduce: Literal["last", "max", "mean", "sum", "first"] = "mean"
-    """How the values of an episode's steps become one. With ``"first"`` it is the first that is not NaN, and the
-    log's mean is over the episodes that had one."""
+    """Reduction of the values of an episode's steps to one. ``"first"`` is the first value that is not NaN; the log's
+    mean is then over the episodes that had one."""
 
     log_as: str | None = None
     """Name in the log, after ``Metrics/``, such as ``"object_pose/success"``; None takes the term's name."""

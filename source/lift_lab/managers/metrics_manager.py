@@ -48,16 +48,16 @@ REDUCTIONS: dict[str, Callable[[torch.Tensor, torch.Tensor, torch.Tensor], None]
     "sum": _sum,
     "first": _first,
 }
-"""How the values of an episode's steps become one. Each takes the episode's value so far, which it updates, and the
-step's, both of shape (num_terms, num_envs), and the steps so far with this one, shape (num_envs,)."""
+"""Reductions of the values of an episode's steps to one. Each updates the episode's value so far by the step's value,
+both of shape (num_terms, num_envs). The last argument is the number of steps with this one, shape (num_envs,)."""
 
 
 class MetricsManager(FunctionTermManager):
     """Measures every step, before episodes end, and logs the means over the episodes that ended.
 
-    Besides the terms of the config it has those that the commands bring along
-    (:meth:`~lift_lab.managers.CommandTerm.metrics_terms`), unless a term of the config has the same log name. A step
-    in which the physics of an environment failed is left out of its episode. mjlab has a manager of this name.
+    Commands add terms to those of the config (:meth:`~lift_lab.managers.CommandTerm.metrics_terms`), unless a term of
+    the config has the same log name. A step in which the physics of an environment failed is left out of its episode.
+    mjlab has a manager of this name.
     """
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"log_counts", "_groups"})
@@ -194,7 +194,7 @@ class MetricsManager(FunctionTermManager):
         return ids[~self._left_out[ids]]
 
     def masks(self, dt: float, ended: torch.Tensor) -> dict[Any, torch.Tensor]:
-        """Which episodes the coming :meth:`reset` counts."""
+        """Mask of the episodes that the next :meth:`reset` counts."""
         if not self._term_cfgs:
             return {}
         counted = ended & ~self._left_out

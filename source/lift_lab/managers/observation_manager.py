@@ -1,7 +1,7 @@
 """Observations: groups of terms, each term processed in a fixed order.
 
-func -> modifiers -> noise -> clip -> scale -> history. A value that the simulation may overwrite is copied
-before anything is done to it in place, and every tensor handed out is new, so callers may keep it.
+func -> modifiers -> noise -> clip -> scale -> history. A value that the simulation may overwrite is copied before it is
+changed in place. Every returned tensor is new, so callers may keep it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _GROUP_SETTINGS = tuple(field.name for field in dataclasses.fields(ObservationGr
 _OVERLOADS = ("clip", "scale", "history_length", "flatten_history_dim")
 
 Observation = torch.Tensor | dict[str, torch.Tensor]
-"""What a group returns: one tensor, or one for each term."""
+"""Observations of a group: one tensor, or one for each term."""
 
 
 class ObservationManager(ManagerBase):
@@ -121,9 +121,10 @@ class ObservationManager(ManagerBase):
         return self._obs_buffer
 
     def preview(self) -> dict[str, Observation]:
-        """What ``compute(update_history=True)`` would return, with histories, modifiers and noise models untouched.
+        """Return what ``compute(update_history=True)`` would return, and leave histories, modifiers and noise models
+        unchanged.
 
-        Terms are called and noise is drawn; a term that is a class with a state of its own sees one call more.
+        Terms are called and noise is drawn. A term that is a class with a state gets one call more.
         """
         return {name: self.compute_group(name, preview=True) for name in self._group_obs_term_names}
 

@@ -28,7 +28,7 @@ records nothing."""
 
 
 class DatasetExportMode(enum.IntEnum):
-    """Which episodes are written, and where."""
+    """Episodes that are written, and their files."""
 
     EXPORT_NONE = 0
     """None."""
@@ -45,7 +45,7 @@ class DatasetExportMode(enum.IntEnum):
 
 @configclass
 class RecorderManagerBaseCfg(ConfigBase):
-    """Where recordings go; terms are added as fields of a sub-class."""
+    """Files of recordings. Add terms as fields of a sub-class."""
 
     dataset_file_handler_class_type: type = HDF5DatasetFileHandler
     """Writer of the files."""
@@ -57,7 +57,7 @@ class RecorderManagerBaseCfg(ConfigBase):
     """Name of the file, with or without its extension."""
 
     dataset_export_mode: DatasetExportMode = DatasetExportMode.EXPORT_ALL
-    """Which episodes are written."""
+    """Episodes that are written."""
 
     export_in_record_pre_reset: bool = True
     """Whether an episode is written when its environment resets."""

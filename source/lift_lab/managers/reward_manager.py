@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 class RewardManager(FunctionTermManager):
     """Sums ``value * weight * dt`` over the terms.
 
-    The values of all terms are gathered in one (num_terms, num_envs) buffer, so that the sum and the
-    episode's account take one operation each, whatever the number of terms. Source: Isaac Lab's
-    ``RewardManager``.
+    One buffer of shape (num_terms, num_envs) holds the values of all terms. So the sum and the episode's sums take one
+    operation each. Source: Isaac Lab's ``RewardManager``.
     """
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset(
@@ -131,7 +130,7 @@ class RewardManager(FunctionTermManager):
 
     @property
     def term_values(self) -> torch.Tensor:
-        """What each term returned at the last step, not weighted, shape (num_terms, num_envs)."""
+        """Values of all terms at the last step, not weighted, shape (num_terms, num_envs)."""
         return self._values
 
     @property

@@ -80,8 +80,8 @@ class SceneEntityCfg(ConfigBase):
         """Turn names into ids, or ids into names. A second call changes nothing.
 
         Raises:
-            ConfigError: the scene has no such entity; the entity has no such parts; an id is beyond them; a pattern
-                matches nothing or two patterns the same name; names and ids are both given and disagree.
+            ConfigError: the scene has no such entity, the entity has no such parts, or an id is out of range. Also a
+                pattern that matches nothing, two patterns that match one name, and names that disagree with ids.
         """
         entities = list(scene.keys())
         if self.name not in entities:

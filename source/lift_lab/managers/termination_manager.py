@@ -115,7 +115,7 @@ class TerminationManager(FunctionTermManager):
         return dict(zip(self._log_names, fractions.unbind(), strict=True))
 
     def get_term(self, name: str) -> torch.Tensor:
-        """What a term returned last. Shape is (num_envs,).
+        """Return the last value of a term. Shape is (num_envs,).
 
         Raises:
             ConfigError: no term has this name.

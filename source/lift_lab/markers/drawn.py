@@ -1,4 +1,4 @@
-"""What a marker's spawner looks like, as primitives that MuJoCo's renderer draws."""
+"""Shapes of a marker's spawner, as primitives that MuJoCo's renderer draws."""
 
 from __future__ import annotations
 

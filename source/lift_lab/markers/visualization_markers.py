@@ -86,7 +86,7 @@ class VisualizationMarkers(Stateless):
 
     @property
     def primitives(self) -> list[list[Primitive]]:
-        """What each shape is drawn with in videos, in the config's order; the same lists at every call."""
+        """Primitives that draw each shape in videos, in the config's order; the same lists at every call."""
         if self._primitives is None:
             self._primitives = [primitives(cfg) for cfg in self.cfg.markers.values()]
         return self._primitives

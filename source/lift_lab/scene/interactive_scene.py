@@ -1,7 +1,7 @@
 """A scene: built from a config into one MjSpec, then handles to its entities in every environment.
 
-Worlds are stacked: each environment is simulated about its own origin, and ``env_origins`` is added to world
-positions when they are read and taken off when they are written.
+Each environment is simulated about its own origin. ``env_origins`` is added to world positions when they are read, and
+subtracted when they are written.
 """
 
 from __future__ import annotations

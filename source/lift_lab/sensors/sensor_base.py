@@ -1,4 +1,4 @@
-"""What all sensors share."""
+"""Base class of sensors."""
 
 from __future__ import annotations
 

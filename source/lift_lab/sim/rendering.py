@@ -24,7 +24,7 @@ class RenderView(View):
     env_ids: tuple[int, ...] = (0,)
     """Environments drawn in one frame."""
     origins: np.ndarray | None = None
-    """Where each of them stands in the frame in m, shape (len(env_ids), 3); None puts all at zero."""
+    """Position of each of them in the frame in m, shape (len(env_ids), 3); None puts all at zero."""
     camera: str | None = None
     """A camera of the model, seen in the first of them; None for the view that the other fields give."""
     width: int = 640

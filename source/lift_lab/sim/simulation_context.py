@@ -48,7 +48,7 @@ _IGNORED = {
 
 
 class SceneLike(Protocol):
-    """What the simulation needs of a scene."""
+    """Interface of a scene that the simulation uses."""
 
     num_envs: int
     spec: mujoco.MjSpec

@@ -1,9 +1,10 @@
 """Soft bodies: PhysX's deformable bodies as MuJoCo flexes.
 
-A soft body is simulated as one cell of eight nodes that spans the box around its points; inside, positions are
-interpolated (trilinearly), and contacts are found on a grid of :data:`GRID` points along each edge. The importer only
-describes soft bodies, in :attr:`ImportReport.soft_bodies`: a flex of this kind does not survive attaching one MjSpec to
-another, so :func:`add_flex` makes it in the spec that is compiled.
+A soft body is simulated as one cell of eight nodes that spans the box around its points. Positions inside are
+interpolated trilinearly. Contacts are found on a grid of :data:`GRID` points along each edge.
+
+The importer only describes soft bodies, in :attr:`ImportReport.soft_bodies`. A flex of this kind is lost when one
+MjSpec is attached to another, so :func:`add_flex` makes it in the spec that is compiled.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Vendor schemas as data: which attribute of which dialect gives a quantity, in which unit, and what unset looks like.
+"""Vendor schemas as data: the attributes of each dialect with their units and their values for "unset".
 
-One table per kind of prim. The rows of a quantity stand in order of precedence: the dialect of this engine first
-(mjc), then newton, then physx; the first authored value that is not its sentinel wins, and the report counts whose it
-was. These schemas are not registered with usd-core, so their fallback values are not known to it either: an attribute
-that is not authored leaves MuJoCo's default.
+One table per kind of prim. The rows of a quantity are in order of precedence: mjc, newton, physx. The first authored
+value that is not its sentinel wins, and the report counts its dialect. usd-core does not know these schemas, so it does
+not know their fallback values. An attribute that is not authored leaves MuJoCo's default.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def add_drives(parsed: ParsedStage, spec: mujoco.MjSpec, names: Names, dofs: lis
     """Add an actuator per drive with gains, named as its joint.
 
     A drive applies `stiffness * (target - q) + damping * (target velocity - qd)`. With stiffness it becomes a position
-    actuator, and a second actuator `<joint>_velocity` carries a target velocity other than zero; without stiffness it
+    actuator. A second actuator `<joint>_velocity` then carries a target velocity other than zero. Without stiffness it
     becomes a velocity actuator. maxForce bounds the joint's total actuator force.
 
     Returns:

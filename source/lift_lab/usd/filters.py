@@ -1,7 +1,8 @@
-"""Which pairs may touch: collision groups, filtered pairs, joints and articulations.
+"""Contact filters: collision groups, filtered pairs, joints and articulations.
 
 Rules between whole bodies become excludes. Rules between colliders (groups, pairs of single colliders) become bits of
-contype and conaffinity: one bit per class of colliders with the same rules, bit 0 for those without any.
+contype and conaffinity. Each class of colliders with the same rules has one bit, and bit 0 is for colliders without
+rules.
 """
 
 from __future__ import annotations

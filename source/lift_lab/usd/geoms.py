@@ -31,7 +31,7 @@ _APPROXIMATIONS = (*_HULL_NOTES, "convexHull", "boundingCube", "boundingSphere")
 
 @dataclass
 class Home:
-    """Where the geoms of a prim go: a MuJoCo body, its frame in the world and its prim path (None: static)."""
+    """Owner of a prim's geoms: a MuJoCo body, its frame in the world and its prim path (None: static)."""
 
     body: mujoco.MjsBody
     frame: Pose

@@ -1,11 +1,11 @@
 """Schemas that prims have without naming them: from a prim above, or built into a vendor's schema.
 
-CollisionAPI on a prim that is no shape makes every shape below it a collider, as in PhysX. usd-core's parser makes
-colliders of the shapes alone that carry CollisionAPI themselves. So before it runs, the schema and what is authored
-with it are copied, on the session layer, to the shapes below. Bound materials are inherited by USD itself.
+CollisionAPI on a prim that is no shape makes every shape below it a collider, as in PhysX. usd-core's parser only finds
+shapes that carry CollisionAPI themselves. So the schema and its attributes are copied to the shapes below before, on
+the session layer. USD itself inherits bound materials.
 
-Newton's and MuJoCo's schemas have those of UsdPhysics built in, which only USD with these schemas registered knows: a
-file may name `MjcCollisionAPI` alone and mean a collider.
+Newton's and MuJoCo's schemas have those of UsdPhysics built in. USD knows this only where these schemas are registered.
+So a file may name `MjcCollisionAPI` alone and mean a collider.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NO_RIGID_SHAPE = re.compile(r"Deformable|Particle|Cloth")
 
 @dataclass(frozen=True)
 class Inherited:
-    """Where a shape has its CollisionAPI from."""
+    """Prim from which a shape has its CollisionAPI."""
 
     owner: str
     """Path of the prim above that carries the schema."""

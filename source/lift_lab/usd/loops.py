@@ -29,11 +29,11 @@ def add_loops(
     loops: list[Joint],
     body_names: dict[str, str],
 ) -> list[BuiltDof]:
-    """Turn left-over joints into equalities between sites, which hold whatever the reference pose is.
+    """Turn left-over joints into equalities between sites, which hold for every reference pose.
 
     fixed: weld; spherical: connect; revolute: two connects along the axis; distance: a tendon with a range. A joint
-    that slides, has several degrees of freedom, limits or a drive moves a light carrier on its first body, and a weld
-    holds the carrier to the second body.
+    that slides, has several degrees of freedom, limits or a drive moves a light carrier on its first body. A weld holds
+    the carrier to the second body.
 
     Returns:
         The scalar joints of the carriers.

@@ -1,9 +1,9 @@
 """Mass, centre of mass and inertia of bodies, by the precedence rules of UsdPhysics.MassAPI.
 
-Explicit values on the body win over those on its colliders, and those over densities: a collider's own, then the
-body's, then the physics material's, then 1000 kg/m^3. Volumes, centres and inertias of shapes come from MuJoCo's own
-compiler. Only enabled colliders count. Values that equal the schema's fallbacks (mass 0, inertia 0, centre -inf,
-axes 0) are unset even where they are authored.
+Explicit values on the body win over those on its colliders, and these win over densities. The order of densities is
+collider, body, physics material, 1000 kg/m^3. Volumes, centres and inertias of shapes come from MuJoCo's own compiler.
+Only enabled colliders count. Values that equal the schema's fallbacks (mass 0, inertia 0, centre -inf, axes 0) are
+unset even where they are authored.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _ROUNDING = 1e-4
 
 @dataclass
 class Explicit:
-    """What a MassAPI states, in SI and in the frame it is asked for; None where it is unset."""
+    """Values of a MassAPI, in SI units and in the requested frame; None where it is unset."""
 
     mass: float | None = None
     density: float | None = None
@@ -112,8 +112,8 @@ def set_inertials(
 ) -> None:
     """Give every rigid body an explicit inertial.
 
-    A body without a degree of freedom of its own may have no mass or inertia: MuJoCo needs them only of the bodies
-    that move, or of one that is welded to such a body.
+    A body without a degree of freedom may have no mass or inertia. MuJoCo needs them only on a body that moves, or on
+    one that is welded to it.
 
     Args:
         bodies: MuJoCo body, world frame and whether it has a degree of freedom of its own, by prim path.

@@ -94,9 +94,9 @@ class ContactMaterials:
 def restitution_solref(restitution: float) -> tuple[float, float]:
     """Direct solref (-stiffness, -damping) of a contact whose rebound speed is `restitution` of the approach speed.
 
-    A spring and damper that only push, of damping ratio z, let go where their force reaches zero and return
-    exp(-2 z acos(z) / sqrt(1 - z^2)) of the speed (Schwager and Poeschel, 2007). The stiffness is that of a natural
-    frequency of 1 / 0.02 s.
+    A spring and damper that only push, of damping ratio z, release where their force reaches zero. They return exp(-2 z
+    acos(z) / sqrt(1 - z^2)) of the speed (Schwager and Poeschel, 2007). The stiffness is that of a natural frequency of
+    1 / 0.02 s.
     """
     low, high = 1e-6, 10.0
     for _ in range(60):

@@ -51,7 +51,7 @@ _NEEDS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 def unknown_type(prim: Usd.Prim, physical: bool) -> str:
-    """Why the type of a prim keeps its physics from being read; empty if it does not.
+    """Return the reason why the type of a prim keeps its physics from being read; empty if it does not.
 
     Args:
         prim: The prim.
@@ -85,7 +85,7 @@ def unknown_schemas(prim: Usd.Prim) -> list[tuple[str, str]]:
 
 
 def missing_schema(prim: Usd.Prim, name: str) -> str:
-    """Why an attribute has no effect where it is: what the prim lacks; empty if nothing."""
+    """Return the reason why an attribute has no effect on its prim: what the prim lacks; empty if nothing."""
     if str(prim.GetTypeName()) in KINDS:
         return ""  # actuators and tendons have attributes of joints
     needs = _needs(name)

@@ -11,7 +11,7 @@ SCENE_OPTIONS: dict[str, int | mujoco.mjtIntegrator] = {
     "iterations": 10,
     "ls_iterations": 20,
 }
-"""What the defaults of :class:`lift_lab.sim.MujocoCfg` have other than MuJoCo."""
+"""Options in which the defaults of :class:`lift_lab.sim.MujocoCfg` differ from MuJoCo's."""
 
 
 def set_scene_options(spec: mujoco.MjSpec, report: ImportReport) -> None:

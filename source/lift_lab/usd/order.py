@@ -18,10 +18,10 @@ def fill_orders(
 ) -> None:
     """Fill the report's lists of bodies and joints in PhysX's order, and of bodies in the stage's.
 
-    PhysX creates the links of an articulation joint by joint, in the order of the joint prims on the stage, and then
+    PhysX creates the links of an articulation joint by joint, in the order of the joint prims on the stage. Then it
     numbers them breadth first (``createLinkHierarchy`` of omni.physx, ``NpScene::addArticulationInternal``). So the
-    children of a link follow the order of their joints, from whichever side a joint was authored. Every tree keeps
-    its root first. What is in the model alone (carriers of loop joints, static geometry) comes last.
+    children of a link follow the order of their joints. The side from which a joint was authored has no effect. Every
+    tree keeps its root first. What is in the model alone (carriers of loop joints, static geometry) comes last.
 
     Args:
         report: with its lists in model order; changed in place.

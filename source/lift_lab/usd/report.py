@@ -1,4 +1,4 @@
-"""What an import leaves behind for the reader: the error it stops with and the report it returns."""
+"""Results of an import for the reader: the error that stops it and the report that it returns."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Note:
     attribute: str
     """Attribute or API schema, empty for the prim as a whole."""
     reason: str
-    """Why, in one line."""
+    """Reason in one line."""
     tuning: bool = False
     """True for settings of another engine's solver, and for pictures: they change no physical quantity, and `strict`
     passes them."""
@@ -63,7 +63,7 @@ class OptionSource:
 
 @dataclass
 class ImportReport:
-    """What was read from a stage, what was approximated and what was ignored."""
+    """Report on an import: what was read from a stage, what was approximated and what was ignored."""
 
     path: str
     """File that was read, or the root layer's identifier."""
@@ -106,8 +106,8 @@ class ImportReport:
     contact_classes: int = 0
     """Classes of colliders with contact rules of their own; each has a bit of contype, from bit 1 on."""
     without_collider: list[str] = field(default_factory=list)
-    """Bodies that move and that nothing can touch: no collider on them or on a body welded to them, not even one that
-    is switched off. Frames without any shape in an articulation with colliders do not count."""
+    """Bodies that move and that nothing can touch. Neither they nor a body welded to them has a collider, not even one
+    that is switched off. Frames without any shape in an articulation with colliders do not count."""
     ignored: list[Note] = field(default_factory=list)
     """Authored content that has no effect on the model."""
     approximated: list[Note] = field(default_factory=list)

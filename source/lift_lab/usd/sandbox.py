@@ -1,9 +1,9 @@
 """Sandboxed import: another process imports binary files first, so that a damaged one cannot end this process.
 
-usd-core checks text while it parses it. It maps crates (.usdc) and packages (.usdz) into memory and trusts them: a
-wrong count in one can make the composition of the stage follow an invalid pointer, or fill the machine's memory. This
-gives no error, only a signal. So this process opens only what the other one has imported within limits of time and
-memory. The other process starts with the first binary file, serves later ones, and ends when none comes for a while.
+usd-core checks text while it parses it. It maps crates (.usdc) and packages (.usdz) into memory and trusts them. A
+wrong count in one can make the stage follow an invalid pointer, or fill the machine's memory. This gives no error, only
+a signal. So this process opens only what the other one has imported within limits of time and memory. The other process
+starts with the first binary file, serves later ones, and ends when none comes for a while.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ COMPUTING_S, COMPUTING_S_PER_MB = 30.0, 1.0
 MEMORY, MEMORY_PER_BYTE = 4 << 30, 64
 """Most memory for one file in bytes, and what is added for each byte of it."""
 PATIENCE = 20.0
-"""How many times as long it may take by the clock: the machine may be busy."""
+"""Factor from computing time to the longest time by the clock: the machine may be busy."""
 IDLE_S = 10.0
-"""How long the other process waits for the next file."""
+"""Time in s that the other process waits for the next file."""
 _BINARY = (b"PXR-USDC", b"PK\x03\x04")
 _SCRIPT = Path(__file__).with_name("sandbox_process.py")
 _MOST_REMEMBERED = 4096
@@ -116,7 +116,7 @@ def is_binary(file: Path) -> bool:
 
 
 class Reader:
-    """The other process: started on demand, asked by one thread at a time, started anew after its end.
+    """The other process: started on demand, used by one thread at a time, started again after its end.
 
     Args:
         script: What it runs.

@@ -19,7 +19,7 @@ _LARGEST = 8192
 
 @dataclass
 class Look:
-    """What a material looks like; colours are linear."""
+    """Look of a material; colours are linear."""
 
     color: Any = None
     alpha: float = 1.0

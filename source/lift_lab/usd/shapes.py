@@ -1,8 +1,8 @@
 """UsdGeom primitives as MuJoCo geometry: type, size and pose of a prim inside the frame of its body.
 
-Sizes are computed from the authored attributes and the full transform in double precision. A transform whose stretch a
-primitive can follow (a box along its sides, a sphere anywhere along its axes) stays a primitive; any other becomes a
-mesh, so that shear and odd scales are exact too.
+Sizes are computed from the authored attributes and the full transform in double precision. A prim stays a primitive if
+it can follow the stretch of its transform (a box along its sides, a sphere along its axes). Any other becomes a mesh,
+so shear and other scales are exact too.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Shape:
     faces: np.ndarray | None = None
     """For a mesh: source face of every triangle."""
     note: str = ""
-    """What the shape carries only inexactly, empty if nothing."""
+    """Description of what the shape has only approximately, empty if nothing."""
 
 
 def local_affine(parsed: ParsedStage, prim: Usd.Prim, frame: Pose) -> tuple[np.ndarray, np.ndarray]:

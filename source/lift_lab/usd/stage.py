@@ -90,7 +90,7 @@ def _open_layer(path: Path) -> Sdf.Layer:
 
 
 def first_line(error: Tf.ErrorException) -> str:
-    """What a USD error says, without where in USD's sources it was raised."""
+    """Message of a USD error, without its place in USD's sources."""
     try:
         text = str(error)
     except UnicodeDecodeError:  # the message quotes bytes of the file

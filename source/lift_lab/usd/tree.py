@@ -69,10 +69,12 @@ class Forest:
 def build_forest(parsed: ParsedStage) -> Forest:
     """Choose roots and tree edges.
 
-    A body with a joint to the world is a root. Any other connected group floats on a free joint at the body with the
-    articulation root, else at one that is no joint's body1, else at its first body. Where joints form a loop, those
-    that are driven, followed or limited go into the tree before plain ones, which an equality can stand for; then the
-    authored order decides, and one that runs from parent to child comes before one that would have to be reversed.
+    A body with a joint to the world is a root. Any other connected group has a free joint. It is at the body with the
+    articulation root, else at one that is no joint's body1, else at its first body.
+
+    Where joints form a loop, those that are driven, followed or limited go into the tree first. An equality can replace
+    a plain joint. Then the authored order decides, and a joint from parent to child comes before one that would have to
+    be reversed.
     """
     incident: dict[str | None, list[tuple[int, Joint]]] = {path: [] for path in parsed.bodies}
     incident[None] = []

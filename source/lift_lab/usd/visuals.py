@@ -1,4 +1,4 @@
-"""What is only seen: visual geoms, sites, cameras and lights."""
+"""Visual parts of a stage: visual geoms, sites, cameras and lights."""
 
 from __future__ import annotations
 

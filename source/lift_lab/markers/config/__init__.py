@@ -81,9 +81,9 @@ CONTACT_SENSOR_MARKER_CFG = VisualizationMarkersCfg(
 RAY_CASTER_MARKER_CFG = VisualizationMarkersCfg(
     markers={"hit": sim_utils.SphereCfg(radius=0.02, visual_material=_colour(1.0, 0.0, 0.0))}
 )
-"""Where a ray hits."""
+"""Point where a ray hits."""
 
 DEFORMABLE_TARGET_MARKER_CFG = VisualizationMarkersCfg(
     markers={"target": sim_utils.SphereCfg(radius=0.02, visual_material=_colour(0.75, 0.75, 1.0))}
 )
-"""Where a point of a deformable object is to be."""
+"""Target of a point of a deformable object."""

@@ -1,7 +1,7 @@
 """Contact sensor.
 
-Each body, and each pair of a body and a filter, is one MuJoCo ``contact`` sensor: up to a number of contacts, each
-with its force, normal, and where asked for tangent and position. Contact forces belong to the last physics step.
+Each body, and each pair of a body and a filter, is one MuJoCo ``contact`` sensor. It reports a number of contacts with
+force and normal, and tangent and position if asked for. Contact forces belong to the last physics step.
 """
 
 from __future__ import annotations

@@ -24,9 +24,9 @@ class ContactSensorCfg(SensorBaseCfg):
     track_friction_forces: bool = False
     """Whether tangential forces are read; needs filters."""
     max_contact_data_count_per_prim: int = 4
-    """Contacts between a body and a filter that are told apart at least; there are eight for each of a body's
-    colliders anyway, and twice that in the net force. Of more contacts than that, or 64, the strongest count,
-    and a warning says so once."""
+    """Least number of separate contacts between a body and a filter. There are always eight for each of a body's
+    colliders, and twice that in the net force. If there are more contacts, or more than 64, the strongest count, and a
+    warning is logged once."""
     track_air_time: bool = False
     """Whether times in the air and in contact are kept."""
     force_threshold: float = 1.0

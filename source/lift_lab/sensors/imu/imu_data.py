@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class ImuData(EntityData):
     """Readings, in the sensor's frame (`_b`), with Isaac Lab's names.
 
-    Pose and velocities are those of the current state, accelerations those of the last physics step, in the frame as it
-    was turned at its start.
+    Pose and velocities belong to the current state. Accelerations belong to the last physics step, in the sensor's
+    frame at its start.
     """
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"_columns", "_dt", "_origins_w", "_sensordata", "_site"})

@@ -43,12 +43,12 @@ def make_physics(
         model: the compiled model; it is copied.
         num_envs: number of environments.
         device: where the tensors live, "cpu" or "cuda:N".
-        kind: name of the engine, such as "native" (CPU, float64 inside) or "warp" (CUDA, also CPU; float32); None for
-            the device's default: warp on CUDA and native on the CPU.
+        kind: name of the engine: "native" (CPU, float64 inside) or "warp" (CUDA, also CPU; float32). None is the
+            device's default: warp on CUDA, native on the CPU.
         auto_reset_failed: see :attr:`Physics.auto_reset_failed`.
-        **options: the engine's own. native: `num_threads`, None for every CPU this process may use; results do not
-            depend on it. warp: `nconmax` and `njmax`, contacts and constraint rows per environment to allocate, None
-            for an estimate.
+        **options: options of the engine. native: `num_threads`, None for every CPU this process may use; results do not
+            depend on it. warp: `nconmax` and `njmax`, contacts and constraint rows to allocate per environment. None is
+            an estimate.
 
     Raises:
         ConfigError: an unknown engine or option, an engine that cannot run on the device, or more environments than

@@ -1,8 +1,8 @@
-"""The interface of the physics engines: what every layer above sees of one.
+"""Interface of the physics engines for all layers above.
 
-Everything passes as a torch tensor whose first dimension is the environment; the others are
-those of the MjData or MjModel field of that name, so `xmat` is (num_envs, nbody, 9). Quaternions are wxyz.
-Each environment is a world of its own around its own origin.
+All values are torch tensors whose first dimension is the environment. The other dimensions are those of the MjData or
+MjModel field of that name: `xmat` is (num_envs, nbody, 9). Quaternions are wxyz. Each environment is a world of its own
+around its own origin.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Health:
-    """Which environments failed since the last :meth:`Physics.health` call; bool tensors, (num_envs,)."""
+    """Masks of the environments that failed since the last :meth:`Physics.health` call; bool tensors, (num_envs,)."""
 
     nonfinite: torch.Tensor
     """Position, velocity, acceleration or control NaN, infinite or beyond 1e10, or the inertia singular."""
@@ -73,7 +73,7 @@ class Physics(ABC, Stateless):
     """Whether step() itself puts environments that fail into the model's default state and makes their kinematics
     current. health() reports them as ever."""
     moving_dofs: torch.Tensor
-    """Which degrees of freedom move which bodies, ones and zeros, (nbody, nv)."""
+    """Matrix of the degrees of freedom that move each body, ones and zeros, (nbody, nv)."""
 
     _is_closed = False
 
@@ -193,7 +193,8 @@ class Physics(ABC, Stateless):
 
     @abstractmethod
     def health(self) -> Health:
-        """What failed since the last call, reset since or not. An environment still in a bad state counts again."""
+        """Return the failures since the last call, including environments that were reset. An environment that is still
+        in a bad state counts again."""
 
     @abstractmethod
     def get_data(self, env_id: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
@@ -235,9 +236,9 @@ class Physics(ABC, Stateless):
     def acceleration(self) -> torch.Tensor:
         """Change of `qvel` over the last time step, divided by its length, (num_envs, nv); the same tensor for life.
 
-        MuJoCo's `qacc` is not that where an integrator is implicit in velocities: a stiff damper slows a joint by less
-        than the force at the start of the step would. Zero before the first step after the first call, and where
-        velocities were written or reset since.
+        MuJoCo's `qacc` differs from it where an integrator is implicit in velocities: a stiff damper slows a joint by
+        less than the force at the start of the step would. It is zero until the first step after the first call, and
+        where velocities were written or reset since.
         """
         if self._acceleration is None:
             self._acceleration = torch.zeros(self.num_envs, self.model.nv, device=self.device)
@@ -251,8 +252,8 @@ class Physics(ABC, Stateless):
     def jac_body(self, body_id: int) -> torch.Tensor:
         """Jacobian of a body's frame origin in the world frame, (num_envs, 6, nv), rows (linear, angular).
 
-        Equal to `mj_jacBody`, from the current kinematics: column i is the motion axis of dof i, which `cdof`
-        gives at the centre of mass of the tree, moved to the body's origin.
+        Equal to `mj_jacBody`, from the current kinematics. Column i is the motion axis of dof i, moved to the body's
+        origin. `cdof` gives it at the centre of mass of the tree.
         """
         if not 0 <= body_id < self.model.nbody:
             raise NotFoundError(f"body id {body_id} is not in [0, {self.model.nbody})")
@@ -266,8 +267,8 @@ class Physics(ABC, Stateless):
     def com_acc(self, qacc: torch.Tensor | None = None) -> torch.Tensor:
         """Accelerations of all bodies without gravity's share, (num_envs, nbody, 6), rows (angular, linear).
 
-        MuJoCo's `cacc` less that of the world, for a model with or without sensors: world frame, linear part at the
-        centre of mass of the tree. From the current motion axes.
+        MuJoCo's `cacc` minus that of the world, for a model with or without sensors. It is in the world frame, with the
+        linear part at the centre of mass of the tree, from the current motion axes.
 
         Args:
             qacc: accelerations of the degrees of freedom, (num_envs, nv); None for :meth:`acceleration`.
@@ -280,10 +281,11 @@ class Physics(ABC, Stateless):
 
     @abstractmethod
     def state_dict(self) -> dict[str, Any]:
-        """The whole state in the engine's own precision, as copies on the CPU.
+        """Return the whole state in the engine's own precision, as copies on the CPU.
 
-        Continuing bit by bit needs more than :meth:`write` takes: the solver's warm start, fields of the last step,
-        model fields that differ between environments, and failures that :meth:`health` has not reported yet.
+        To continue with the same bits, more is needed than :meth:`write` takes. It includes the solver's warm start,
+        fields of the last step, model fields that differ between environments, and failures that :meth:`health` has not
+        reported yet.
         """
 
     @abstractmethod

@@ -10,7 +10,7 @@ from .model_fields import words
 
 
 class Stage(IntEnum):
-    """How much of the forward dynamics a field needs; the values are MuJoCo's `mjtStage`."""
+    """Stage of the forward dynamics that a field needs; the values are MuJoCo's `mjtStage`."""
 
     NONE = 0
     """A state field: needs nothing."""

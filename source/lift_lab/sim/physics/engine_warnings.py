@@ -1,8 +1,8 @@
 """Warnings that MuJoCo itself prints, as a few lines of the log.
 
-MuJoCo counts most warnings for each simulation, and :meth:`Physics.health` reports them. Some it only prints, to the
-console and to ``MUJOCO_LOG.TXT``, for each solver iteration of each simulation: "Linesearch objective is not convex"
-where a state diverges.
+MuJoCo counts most warnings for each simulation, and :meth:`Physics.health` reports them. It only prints some of them,
+to the console and to ``MUJOCO_LOG.TXT``, at each solver iteration of each simulation. An example is "Linesearch
+objective is not convex" where a state diverges.
 """
 
 from __future__ import annotations

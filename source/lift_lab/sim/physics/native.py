@@ -67,12 +67,12 @@ _ALL = slice(None)
 class NativePhysics(SavedPhysics):
     """MuJoCo on a thread pool; see :class:`Physics` for the interface.
 
-    After step(), position-dependent fields and sensors, and velocity-dependent ones once any is bound, belong
-    to the new state. Force-dependent ones belong to the last substep, as after `mj_step`, until forward().
+    After step(), position-dependent fields and sensors belong to the new state. So do velocity-dependent ones once any
+    is bound. Force-dependent ones belong to the last substep until forward(), as after `mj_step`.
 
-    MuJoCo's position stage finds contacts, too, which the next step does again. So while nothing is bound but
-    frames (`xpos`, `site_xmat`, ...) and their motion (`cvel`, `cdof`, ...), these come from a second batch without
-    constraints, bit for bit the same.
+    MuJoCo's position stage also finds contacts, which the next step does again. So a second batch without constraints
+    computes frames (`xpos`, `site_xmat`, ...) and their motion (`cvel`, `cdof`, ...) while nothing else is bound. The
+    bits are the same.
 
     Args:
         model: the compiled model; copied.

@@ -1,4 +1,4 @@
-"""What the CPU engine makes of a batch's arrays: float32 copies for the layers above, and frames without contacts."""
+"""Arrays of the CPU engine's batch as float32 copies for the layers above, and frames without contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the warp engine computes to keep the fields in use current."""
+"""Plan of the computations with which the warp engine keeps the fields in use current."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COLLISION_SENSORS = (
 
 
 class RefreshPlan(NamedTuple):
-    """What a refresh computes besides the position kinematics; it decides which graph is launched."""
+    """Computations of a refresh besides the position kinematics; they decide which graph is launched."""
 
     velocity: Literal["none", "com", "all"] = "none"
     """Nothing; `cvel` and `cdof_dot` alone, which is one kernel and not ten; all that depends on velocity."""

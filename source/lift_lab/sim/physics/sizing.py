@@ -1,4 +1,4 @@
-"""How much room for contacts and constraints one environment needs, for engines that allocate it up front."""
+"""Estimates of the contacts and constraints of one environment, for engines that allocate memory at the start."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from .base import silence
 
 
 def estimate_sizes(model: mujoco.MjModel) -> tuple[int, int]:
-    """Contacts and constraint rows that one environment is likely to need at most.
+    """Estimate the largest number of contacts and constraint rows of one environment.
 
-    The contacts are twice those of the default state plus room for 48 more; the rows hold all of them and
-    every equality, friction loss and limit.
+    The contacts are twice those of the default state plus 48. The rows are for all of these contacts and for every
+    equality, friction loss and limit.
     """
     data = mujoco.MjData(model)
     silence(data)

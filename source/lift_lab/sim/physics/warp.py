@@ -1,9 +1,9 @@
 """Physics on CUDA (or, slowly, on the CPU): `mujoco_warp`, all environments in one set of float32 arrays.
 
 Beside :mod:`.warp_kernels` the only module that imports warp. Tensors are the engine's own arrays, shared without a
-copy. Each kind of call is one graph, on CUDA launched on torch's current stream; a graph is captured again when an
-array it refers to was replaced. Nothing here reads a value back to the host, except :meth:`WarpPhysics.get_data` and,
-once a field, :meth:`WarpPhysics.randomizable`.
+copy. Each kind of call is one graph, on CUDA launched on torch's current stream. A graph is captured again when an
+array that it refers to was replaced. Only :meth:`WarpPhysics.get_data` and, once for each field,
+:meth:`WarpPhysics.randomizable` read values back to the host.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ _DERIVED_FROM_SIZE = ("geom_aabb", "geom_rbound")
 class WarpPhysics(SavedPhysics):
     """MuJoCo-Warp; see :class:`Physics` for the interface.
 
-    After step() fields belong to the same states as on the native engine: positions (and velocities, once any
-    is bound) to the new state, forces to the last substep. refresh() and forward() compute all environments,
-    whichever are named; that changes nothing where nothing was written.
+    After step() fields belong to the same states as on the native engine: positions to the new state, velocities too
+    once any is bound, forces to the last substep. refresh() and forward() always compute all environments. This changes
+    nothing where nothing was written.
 
-    Contacts of all environments share one buffer: when it overflows, every environment is reported, since any
-    may have lost a contact. Constraint rows are per environment.
+    Contacts of all environments share one buffer. When it overflows, every environment is reported, since any may have
+    lost a contact. Constraint rows are per environment.
 
     Args:
         model: the compiled model; copied.

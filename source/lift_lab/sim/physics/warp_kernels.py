@@ -63,9 +63,9 @@ def find_failures(
     nonfinite: wp.array(dtype=bool),
     overflow: wp.array(dtype=bool),
 ):
-    """Which environments are in a bad state or had an overflow: `failed` for now, the others latched.
+    """Find the environments that are in a bad state or had an overflow: `failed` is current, the others are latched.
 
-    The engine's overflow bits are taken, that is, cleared.
+    The engine's overflow bits are cleared.
     """
     env = wp.tid()
     bad = _is_bad(qpos, env, limit) or _is_bad(qvel, env, limit) or _is_bad(act, env, limit)

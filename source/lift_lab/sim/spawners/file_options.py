@@ -25,11 +25,11 @@ _SIZES = ("memory", "nconmax", "njmax", "nstack")
 
 
 def adopt_scene_options(spawned: Spawned, scene: mujoco.MjSpec, path: str) -> None:
-    """Give an asset's spec the options of the scene that it is about to join, and take its keyframes away.
+    """Give an asset's spec the options of the scene that it will join, and remove its keyframes.
 
-    MuJoCo keeps the scene's options when a spec is attached, prints every difference, and prints a warning of
-    keyframes. Here the options that the file sets and that differ are noted in the import report, and logged in one
-    line, once in a process; keyframes are noted in the report: a scene starts from its assets' ``init_state``.
+    MuJoCo keeps the scene's options when a spec is attached, prints every difference, and warns of keyframes. This
+    function notes differing options of the file in the import report instead, and logs them in one line once in a
+    process. Keyframes are noted in the report: a scene starts from its assets' ``init_state``.
 
     Args:
         spawned: the asset; its spec and its report are changed.

@@ -1,4 +1,4 @@
-"""What the USD importer noted, for the user of a scene."""
+"""Notes of the USD importer, for the user of a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a spawner is: a config whose ``func`` turns it into a MjSpec of one asset."""
+"""Base classes of spawners: configs whose ``func`` turns them into a MjSpec of one asset."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Spawned:
     spec: mujoco.MjSpec
     """The asset alone, its root bodies and static geoms under the world body."""
     report: ImportReport | None = None
-    """What the USD importer read, ignored and approximated; None for what is no USD file."""
+    """Report of the USD importer on what it read, ignored and approximated; None for other spawners."""
 
 
 @configclass

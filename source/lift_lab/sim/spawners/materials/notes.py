@@ -1,4 +1,4 @@
-"""Which settings of a material have no effect on a spawned shape."""
+"""Notes on settings of a material that have no effect on a spawned shape."""
 
 from __future__ import annotations
 

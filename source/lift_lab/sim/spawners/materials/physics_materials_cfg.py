@@ -39,8 +39,8 @@ class RigidBodyMaterialCfg(PhysicsMaterialCfg):
 class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
     """Material of deformable bodies.
 
-    MuJoCo integrates bodies of some 10 to 100 kPa well; at the default stiffness, which is Isaac Lab's, its solver does
-    not converge and the environment is reported as failed.
+    MuJoCo integrates bodies of about 10 to 100 kPa well. The default stiffness is Isaac Lab's. With it the solver does
+    not converge, and the environment is reported as failed.
     """
 
     density: float | None = None
