@@ -25,9 +25,11 @@ def test_the_keys_that_version_1_2_of_the_format_requires(citation):
         assert {"type", "title", "authors"} <= reference.keys()
 
 
-def test_version_and_licence_are_those_of_the_package(citation):
+def test_version_licence_and_date_are_those_of_the_package(citation):
     assert str(citation["version"]) == PROJECT["version"]
     assert citation["license"] == PROJECT["license"]
+    heading = f"## {citation['version']} ({citation['date-released']})"
+    assert heading in (ROOT / "CHANGELOG.md").read_text().splitlines()
 
 
 def test_the_paper_is_named_by_its_title(citation):
