@@ -173,7 +173,7 @@ def _study_result(place: Path) -> list[tuple]:
     for run in json.loads(file.read_text())["runs"]:
         bits = Path(run["checkpoint"]).read_bytes() if "checkpoint" in run else b""
         measured = run.get("evaluation", {})
-        result.append((run["label"], run["seed"], run["status"], bits, measured.get("reward_mean")))
+        result.append((run["label"], run["seed"], run["status"], bits, measured.get("mean_reward")))
     return result
 
 

@@ -97,20 +97,23 @@ def show(task: str, checkpoint: Path, summary: dict) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from lift_lab_rl.episode_logs import FAILURES
+    from lift_lab_rl.scalar_names import SUCCESS_RATE
+
     table = Table("measure", "value", title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
-    for count, rate in summary["success"].items():
-        low, high = summary["success_interval"][count]
+    for count, rate in summary["success_rate"].items():
+        low, high = summary["success_rate_interval"][count]
         text = f"{round(rate * int(count))} of {count} ({rate:.1%}, 95 % interval {low:.1%} to {high:.1%})"
-        table.add_row(f"success, first {count} episodes", text)
-    table.add_row("reward, mean ± deviation", f"{summary['reward_mean']:.2f} ± {summary['reward_std']:.2f}")
-    table.add_row("reward, least / most", f"{summary['reward_min']:.2f} / {summary['reward_max']:.2f}")
+        table.add_row(f"success rate, first {count} episodes", text)
+    table.add_row("mean reward ± deviation", f"{summary['mean_reward']:.2f} ± {summary['std_reward']:.2f}")
+    table.add_row("min / max reward", f"{summary['min_reward']:.2f} / {summary['max_reward']:.2f}")
     seconds = summary["time_to_success_s"]
-    table.add_row("time to success, mean", "-" if seconds is None else f"{seconds:.2f} s")
-    table.add_row("episode length, mean", f"{summary['length_mean']:.1f} steps")
-    table.add_row("episodes ended by", ", ".join(f"{name} {count}" for name, count in summary["ends"].items()))
+    table.add_row("mean time to success", "-" if seconds is None else f"{seconds:.2f} s")
+    table.add_row("mean episode length", f"{summary['mean_episode_length']:.1f} steps")
+    table.add_row("terminations", ", ".join(f"{name} {count}" for name, count in summary["terminations"].items()))
     for key, value in summary["logs"].items():
-        if key.startswith("Metrics/") and not key.startswith("Metrics/physics/"):
-            table.add_row(key.removeprefix("Metrics/"), f"{value:.4g}")
+        if key.startswith("Metrics/") and key != SUCCESS_RATE and not key.startswith(FAILURES):
+            table.add_row(key, f"{value:.4g}")
     Console().print(table)
 
 

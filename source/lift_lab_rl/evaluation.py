@@ -5,8 +5,8 @@ environment, then all second ones). Taking the first episodes to *finish* instea
 
 What counts as success is the task's: it is registered with ``"success": "module:function"`` or
 ``"success": {"func": "module:function", "params": {...}}`` where ``function(env, **params)`` tells it for the state
-just reached, shape (num_envs,); or it has a termination term called ``success``. It is looked at after every step of
-an episode, the last included, before the environment is reset.
+just reached, shape (num_envs,); or it has a termination term or a metrics term called ``success``. It is looked at
+after every step of an episode, the last included, before the environment is reset.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from lift_lab.managers import ManagerTermBase, SceneEntityCfg, TerminationTermCf
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.string import string_to_callable
 
+from .episode_logs import FAILURES
 from .intervals import wilson_interval
 from .nonfinite import check_step
 
@@ -110,16 +111,16 @@ class Evaluation:
             ends[episode.end] = ends.get(episode.end, 0) + 1
         return {
             "episodes": len(self.episodes),
-            "success": {str(count): rate for count, rate in self.rates().items()},
-            "success_interval": {str(count): list(ends) for count, ends in self.intervals().items()},
-            "reward_mean": rewards.mean().item(),
-            "reward_std": rewards.std(correction=0).item(),
-            "reward_min": rewards.min().item(),
-            "reward_max": rewards.max().item(),
-            "length_mean": sum(lengths) / len(lengths),
-            "length_min": min(lengths),
+            "success_rate": {str(count): rate for count, rate in self.rates().items()},
+            "success_rate_interval": {str(count): list(ends) for count, ends in self.intervals().items()},
+            "mean_reward": rewards.mean().item(),
+            "std_reward": rewards.std(correction=0).item(),
+            "min_reward": rewards.min().item(),
+            "max_reward": rewards.max().item(),
+            "mean_episode_length": sum(lengths) / len(lengths),
+            "min_episode_length": min(lengths),
             "time_to_success_s": sum(times) / len(times) if times else None,
-            "ends": ends,
+            "terminations": ends,
             "logs": self.logs,
         }
 
@@ -139,16 +140,18 @@ def add_success_probe(env_cfg: Any, success: Any) -> None:
 
     Args:
         env_cfg: gets one more termination term, which ends nothing.
-        success: what the task was registered with under ``success``; None to use its termination term ``success``.
+        success: what the task was registered with under ``success``; None to use its termination or metrics term
+            ``success``.
 
     Raises:
         ConfigError: the task does not say what success is.
     """
-    term = _term(env_cfg.terminations, "success")
+    terms = (_term(cfg, "success") for cfg in (env_cfg.terminations, getattr(env_cfg, "metrics", None)))
+    term: Any = next((term for term in terms if term is not None), None)
     if success is None and term is None:
         raise ConfigError(
             "this task does not say what success is: register it with success='module:function', or give it a "
-            "termination term 'success'"
+            "metrics term or a termination term 'success'"
         )
     if success is None:
         func, params = term.func, dict(term.params)
@@ -230,8 +233,14 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
             lengths[ids] = 0
             probe.first_step[ids] = 0
     ordered = [finished[env_id][k] for k in range(rounds) for env_id in range(env.num_envs)]
-    means = {key: sum(v * n for v, n in pairs) / sum(n for _, n in pairs) for key, pairs in logs.items()}
-    return Evaluation(inner.step_dt, ordered[:episodes], means)
+    return Evaluation(inner.step_dt, ordered[:episodes], {key: _merged(key, pairs) for key, pairs in logs.items()})
+
+
+def _merged(key: str, pairs: list[tuple[float, float]]) -> float:
+    """One number of a log's values and the episodes behind each: their mean, or the sum of a count of failures."""
+    if key.startswith(FAILURES):
+        return sum(value for value, _ in pairs)
+    return sum(value * episodes for value, episodes in pairs) / sum(episodes for _, episodes in pairs)
 
 
 @contextlib.contextmanager

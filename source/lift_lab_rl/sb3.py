@@ -16,6 +16,7 @@ from torch import nn
 
 from lift_lab.utils.errors import ConfigError, suggest
 
+from .episode_logs import EpisodeLogs
 from .nonfinite import check_step
 from .optional_packages import missing_package
 
@@ -241,23 +242,22 @@ class Sb3VecEnvWrapper(VecEnv):
 
 
 class LogCallback(BaseCallback):
-    """Records the mean of the environment's log (rewards, terminations, metrics) over each rollout."""
+    """Records the environment's log (rewards, terminations, metrics), averaged over each rollout's ended episodes."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._values: dict[str, list[float]] = {}
+        self._logs = EpisodeLogs()
 
     def _on_step(self) -> bool:
-        if np.any(self.locals["dones"]):
-            env = self.training_env.get_attr("extras")[0]
-            for key, value in env.get("log", {}).items():
-                self._values.setdefault(key, []).append(float(value))
+        dones = self.locals["dones"]
+        if np.any(dones):
+            self._logs.add(self.training_env.get_attr("extras")[0], torch.from_numpy(dones.astype(bool)))
         return True
 
     def _on_rollout_end(self) -> None:
-        for key, values in self._values.items():
-            self.logger.record(key, float(np.mean(values)))
-        self._values.clear()
+        for key, value in self._logs.means().items():
+            self.logger.record(key if "/" in key else f"Episode/{key}", value)
+        self._logs.clear()
 
 
 def _bounded(space: gym.Space) -> gym.Space:

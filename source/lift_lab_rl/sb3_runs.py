@@ -14,16 +14,18 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import HumanOutputFormat, KVWriter, TensorBoardOutputFormat, configure
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from lift_lab.utils.errors import ConfigError, FileError, suggest
 
+from .curve_layout import layout
 from .files import save_torch
 from .library_files import read_sb3, read_states, refusal
 from .library_ranges import refusals_of
 from .sb3 import Sb3VecEnvWrapper, process_sb3_cfg
+from .scalar_names import SB3_NAMES, SUCCESS_RATE
 
 _NORMALISATION = ("normalize_input", "normalize_value", "clip_obs")
 """Entries of a configuration that are VecNormalize's (Isaac Lab's names)."""
@@ -190,8 +192,35 @@ def statistics_path(model: Path) -> Path:
 
 
 def log_to(agent: PPO, folder: Path) -> None:
-    """Let an agent write its log to standard output and to TensorBoard's files in a folder."""
-    agent.set_logger(configure(str(folder), ["stdout", "tensorboard"]))
+    """Let an agent write its log to standard output and to TensorBoard's files in a folder, under our names."""
+    logger = configure(str(folder), ["stdout", "tensorboard"])
+    outputs = [output for output in logger.output_formats if isinstance(output, KVWriter)]
+    for output in outputs:
+        if isinstance(output, TensorBoardOutputFormat):
+            output.writer.add_custom_scalars(layout())
+    renamed: list[KVWriter] = [_Renamed(output) for output in outputs]
+    logger.output_formats = renamed
+    agent.set_logger(logger)
+
+
+class _Renamed(KVWriter):
+    """Hands numbers on under the names that all libraries share; on a console, success is the first line."""
+
+    def __init__(self, output: KVWriter):
+        self._output, self._on_console = output, isinstance(output, HumanOutputFormat)
+
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
+        values, excluded = {}, {}
+        for key, value in key_values.items():
+            name, factor = SB3_NAMES.get(key, (key, 1.0))
+            if self._on_console and name == SUCCESS_RATE:
+                name = " success_rate"  # the table is sorted, and a space is before every letter
+            values[name] = value if factor == 1.0 else factor * value
+            excluded[name] = key_excluded[key]
+        self._output.write(values, excluded, step)
+
+    def close(self) -> None:
+        self._output.close()
 
 
 class SaveCallback(BaseCallback):

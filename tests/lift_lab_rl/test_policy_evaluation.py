@@ -58,7 +58,7 @@ def test_short_episodes_count_no_more_than_long_ones():
     assert [episode.reward for episode in result.episodes] == [1.0, 10.0, 1.0, 10.0]
     assert result.success_rate() == 0.5
     assert result.success_rate(1) == 0.0
-    assert result.summary()["ends"] == {"drop": 2, "time_out": 2}
+    assert result.summary()["terminations"] == {"drop": 2, "time_out": 2}
 
 
 def test_means_over_some_of_the_episodes_weigh_as_many():

@@ -19,8 +19,8 @@ from lift_lab_rl.study.figures import draw, save
 from lift_lab_rl.study.page import write_report
 from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
-REWARD = "Reward / Total reward (mean)"
-SUCCESS = "Metrics/object_pose/success"
+REWARD = "Train/mean_reward"
+SUCCESS = "Metrics/success_rate"
 
 
 def _write(folder, tags, first=1, seed=None, run_name="", task=None, **run):
@@ -211,8 +211,8 @@ def test_roles_go_to_the_studys_tasks_unless_they_are_asked_for():
 def _evaluation(wins, trials, change):
     return {
         "episodes": trials,
-        "success": {"10": min(wins, 10) / 10, str(trials): wins / trials},
-        "reward_mean": 140.0,
+        "success_rate": {"10": min(wins, 10) / 10, str(trials): wins / trials},
+        "mean_reward": 140.0,
         "logs": {"Metrics/object_pose/squared_action_change": change},
     }
 
@@ -317,7 +317,10 @@ def test_evaluations_of_all_places_are_shown_under_the_labels_of_the_report(tmp_
         (b"[]", "has no 'runs'"),
         (b'{"episodes": 4, "success": {}}', "has no 'runs'"),
         (b'{"runs": [{"seed": 1}]}', "a run has no 'label'"),
-        (b'{"runs": [{"label": "a", "seed": 1, "evaluation": {"x": 1}}]}', "an evaluation of 'a' has no 'success'"),
+        (
+            b'{"runs": [{"label": "a", "seed": 1, "evaluation": {"x": 1}}]}',
+            "an evaluation of 'a' has no 'success_rate",
+        ),
         (b"\xff\x00", "it is not JSON"),
         (b"{", "it is not JSON"),
     ],

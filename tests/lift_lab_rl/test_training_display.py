@@ -55,8 +55,14 @@ def test_a_wide_terminal_has_the_terms_side_by_side():
 def test_without_a_terminal_each_iteration_is_one_plain_line():
     lines = show(False).splitlines()
     assert len(lines) == 3
-    assert lines[0].strip().startswith("1/1200 | 12k steps | 6,144/s (collect 1.50 s, learn 0.50 s) | left 39:58")
-    assert "success 93.1% | reaching_object 0.810" in lines[0]
+    assert (
+        lines[0]
+        .strip()
+        .startswith(
+            "1/1200 | success rate 93.1% | mean reward 123.40 | mean episode length 249 | 12k steps | "
+            "6,144/s (collect 1.50 s, learn 0.50 s) | left 39:58 | Episode_Reward/reaching_object 0.810"
+        )
+    )
     assert "Curriculum/joint_vel -0.100" in lines[0]
     assert lines[2] == "a note"
     assert "\x1b" not in "".join(lines)

@@ -35,7 +35,10 @@ class Run:
 
     def __init__(self):
         self.logged, self.files, self.finished, self.error = [], [], False, None
-        self.config = {}
+        self.config, self.metrics = {}, {}
+
+    def define_metric(self, name, summary=None):
+        self.metrics[name] = summary
 
     def _fail(self):
         if self.error is not None:
@@ -102,6 +105,7 @@ def test_values_of_an_iteration_are_one_message_and_are_in_tensorboards_files_to
         (2, {"Train/mean_reward": 1.0, "Loss/value": 2.0}),
     ]
     assert wandb.run.finished
+    assert wandb.run.metrics == {"Metrics/success_rate": "last,max"}
     assert curves(tmp_path)["Train/mean_reward"] == [(1, 0.5), (2, 1.0)]
 
 

@@ -99,10 +99,10 @@ def test_episodes_that_practise_are_left_out_of_the_means(make):
     env.metrics_manager.episode_value("success")[:] = (~near).float()
     env.reset()
     # a hundredth of the uniform goals are as near by chance
-    assert env.extras["log"]["Metrics/object_pose/success"].item() > 0.95
+    assert env.extras["log"]["Metrics/success_rate"].item() > 0.95
     _end_episodes(make(share=1.0), _some())
     make(share=1.0).reset()
-    assert "Metrics/object_pose/success" not in make(share=1.0).extras["log"]
+    assert "Metrics/success_rate" not in make(share=1.0).extras["log"]
 
 
 def test_before_it_begins_nothing_is_drawn_that_would_not_be_without_it(make):

@@ -117,9 +117,9 @@ def test_a_step_in_which_episodes_end_asks_no_more_where_some_practise_missed_go
     counted, succeeded = ([1, 2], [2]) if share else ([1, 2, 3], [2, 3])
     assert answers[-1] == [[1, 2, 3], [], counted, succeeded]
     log = extras["log"]
-    assert float(log["Metrics/object_pose/success"]) == pytest.approx(len(succeeded) / len(counted))
+    assert float(log["Metrics/success_rate"]) == pytest.approx(len(succeeded) / len(counted))
     assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(0.02 * (7 if share else 7.5))
-    counts = [extras["log_counts"][f"Metrics/object_pose/{name}"] for name in ("success", "time_to_success_s")]
+    counts = [extras["log_counts"][f"Metrics/{name}"] for name in ("success_rate", "object_pose/time_to_success_s")]
     assert counts == [len(counted), len(succeeded)]
 
 
@@ -151,7 +151,7 @@ def test_a_success_on_the_last_step_counts_without_another_question(env, answers
         *_, extras = env.step(torch.zeros(4, inner.action_manager.total_action_dim))
     assert [2] in answers[-1]
     log = extras["log"]
-    assert float(log["Metrics/object_pose/success"]) == 0.5
+    assert float(log["Metrics/success_rate"]) == 0.5
     assert float(log["Metrics/object_pose/time_to_success_s"]) == pytest.approx(inner.max_episode_length_s)
 
 

@@ -84,10 +84,10 @@ def test_evaluation_counts_episodes_and_writes_json(script, place):
     status, out, _ = script("rsl_rl/evaluate.py", *SMALL, "--episodes", 4, "--json", "result.json")
     assert status == 0
     result = json.loads((place / "result.json").read_text())
-    assert result["episodes"] == sum(result["ends"].values()) == 4
-    assert set(result["success"]) == {"4"}
-    assert 0.0 < result["length_mean"] <= 250.0
-    assert "success, first 4 episodes" in out
+    assert result["episodes"] == sum(result["terminations"].values()) == 4
+    assert set(result["success_rate"]) == {"4"}
+    assert 0.0 < result["mean_episode_length"] <= 250.0
+    assert "success rate, first 4 episodes" in out
 
 
 def test_playing_exports_the_policy_beside_its_checkpoint(script, place):

@@ -35,7 +35,7 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
     (run,) = json.loads((folder / "results.json").read_text())["runs"]
     assert (run["label"], run["seed"], run["iterations"], run["status"]) == ("short-CL", 3, 1, "done")
     assert run["evaluation"]["episodes"] == 8
-    assert run["evaluation"]["length_mean"] <= 20
+    assert run["evaluation"]["mean_episode_length"] <= 20
 
     status, out, _ = study(*flags, "--max_iterations", 2, "--perturb", "mass=2.0")
     assert status == 0

@@ -181,7 +181,7 @@ class MetricsTermCfg(ManagerTermBaseCfg):
     mean is then over the episodes that had one."""
 
     log_as: str | None = None
-    """Name in the log, after ``Metrics/``, such as ``"object_pose/success"``; None takes the term's name."""
+    """Name in the log, after ``Metrics/``, such as ``"object_pose/error"``; None takes the term's name."""
 
 
 @configclass

@@ -256,7 +256,7 @@ def success_of(args: Any, overrides: list[str], checkpoint: Path, environ: dict[
     done = subprocess.run(command, env=environ, capture_output=True, text=True)
     if done.returncode != 0:
         raise LiftLabError(f"lift-lab evaluate: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
-    return json.loads(file.read_text())["success"][str(EPISODES)]
+    return json.loads(file.read_text())["success_rate"][str(EPISODES)]
 
 
 def machine(device: str | None) -> dict[str, Any]:

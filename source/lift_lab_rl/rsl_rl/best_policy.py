@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from lift_lab.utils.errors import FileError
+from lift_lab_rl.scalar_names import SUCCESS_RATE
 
 from .progress import IterationReport
 
@@ -28,7 +29,8 @@ class BestPolicy:
         """Rank no policy yet.
 
         Args:
-            success_metric: log key of success; None takes the first whose last part starts with "success".
+            success_metric: log key of success; None takes ``Metrics/success_rate``, or without it the first whose last
+                part starts with "success".
         """
         self.rank: tuple[float, float] | None = None
         self._metric = success_metric
@@ -56,6 +58,8 @@ class BestPolicy:
         """The success rate among an iteration's logs."""
         if self._metric is not None:
             return terms.get(self._metric)
+        if SUCCESS_RATE in terms:
+            return terms[SUCCESS_RATE]
         return next((value for key, value in terms.items() if key.rpartition("/")[2].startswith("success")), None)
 
     def smooth(self, report: IterationReport) -> None:

@@ -27,8 +27,8 @@ MAX_BYTES = 300_000
 """Most that a shipped file may take: the repository holds them."""
 
 _MEASURES = (
-    *("episodes", "seed", "success", "success_interval", "reward_mean", "reward_std"),
-    *("time_to_success_s", "length_mean", "ends", "logs"),
+    *("episodes", "seed", "success_rate", "success_rate_interval", "mean_reward", "std_reward"),
+    *("time_to_success_s", "mean_episode_length", "terminations", "logs"),
 )
 """What a card takes from the results of ``lift-lab evaluate``."""
 

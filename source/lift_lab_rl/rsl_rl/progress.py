@@ -14,14 +14,9 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-_SECTIONS = {
-    "Episode_Reward": "reward",
-    "Curriculum": "curriculum",
-    "Metrics": "metrics",
-    "Episode_Termination": "ended by",
-}
-"""Groups of the environment's logs and what the panel calls them, in the panel's order."""
-_TITLE_WIDTH, _NUMBER_WIDTH = 10, 9
+_SECTIONS = ("Metrics", "Episode_Reward", "Curriculum", "Episode_Termination")
+"""Groups of the environment's logs in the panel's order: a low terminal cuts the end."""
+_TITLE_WIDTH, _NUMBER_WIDTH = 19, 9
 
 
 @dataclass
@@ -95,35 +90,34 @@ class Progress:
     def _line(self, r: IterationReport) -> str:
         width = len(str(r.total_iterations))
         seconds = r.collect_s + r.learn_s
-        parts = [
-            f"{r.iteration:>{width}}/{r.total_iterations}",
+        parts = [f"{r.iteration:>{width}}/{r.total_iterations}"]
+        if r.success is not None:
+            parts.append(f"success rate {r.success:.1%}")
+        if r.mean_reward is not None and r.mean_length is not None:
+            parts += [f"mean reward {r.mean_reward:.2f}", f"mean episode length {r.mean_length:.0f}"]
+        parts += [
             f"{_count(r.total_steps)} steps",
             f"{r.steps / seconds:,.0f}/s (collect {r.collect_s:.2f} s, learn {r.learn_s:.2f} s)",
             f"left {clock(self._time_left_s(r))}",
         ]
-        if r.mean_reward is not None and r.mean_length is not None:
-            parts += [f"reward {r.mean_reward:.2f}", f"length {r.mean_length:.0f}"]
-        if r.success is not None:
-            parts.append(f"success {r.success:.1%}")
-        parts += [f"{_short(key)} {_number(value)}" for key, value in _important(r.terms)]
+        parts += [f"{key} {_number(value)}" for key, value in _important(r.terms)]
         return " | ".join(parts)
 
     def _panel(self, r: IterationReport) -> Panel:
         seconds = r.collect_s + r.learn_s
+        times = f"{r.collect_s:.2f} s / {r.learn_s:.2f} s"
+        elapsed, left = clock(time.monotonic() - self._start), clock(self._time_left_s(r))
         head = Table.grid(padding=(0, 2))
         for _ in range(4):
             head.add_column(justify="left")
-        head.add_row("iteration", f"{r.iteration}/{r.total_iterations}", "steps", f"{r.total_steps:,}")
-        head.add_row(
-            "steps/s", f"{r.steps / seconds:,.0f}", "collect / learn", f"{r.collect_s:.2f} s / {r.learn_s:.2f} s"
-        )
-        elapsed = clock(time.monotonic() - self._start)
-        head.add_row("elapsed", elapsed, "time left", clock(self._time_left_s(r)))
+        success = "-" if r.success is None else f"{r.success:.1%}"
         reward = "-" if r.mean_reward is None else f"{r.mean_reward:.2f}"
         length = "-" if r.mean_length is None else f"{r.mean_length:.1f}"
-        head.add_row("mean reward", reward, "episode length", length)
-        success = "-" if r.success is None else f"{r.success:.1%}"
-        head.add_row("success", success, "rate / action std", f"{r.learning_rate:.2g} / {r.action_std:.2f}")
+        head.add_row("success rate", success, "iteration", f"{r.iteration}/{r.total_iterations}")
+        head.add_row("mean reward", reward, "steps", f"{r.total_steps:,}")
+        head.add_row("mean episode length", length, "steps/s", f"{r.steps / seconds:,.0f}")
+        head.add_row("learning rate", f"{r.learning_rate:.2g}", "collect / learn", times)
+        head.add_row("mean std", f"{r.action_std:.2f}", "elapsed / left", f"{elapsed} / {left}")
         terms = [_section(name, entries, self._console.width - 4) for name, entries in _sections(r.terms)]
         bar = Table.grid(expand=True)
         bar.add_row(ProgressBar(total=r.total_iterations, completed=r.iteration))
@@ -140,12 +134,12 @@ def clock(seconds: float) -> str:
 
 
 def _sections(terms: dict[str, float]) -> list[tuple[str, list[tuple[str, float]]]]:
-    """Entries by the part of their key before the first slash, the most telling first: a low terminal cuts the end."""
+    """Entries by the part of their key before the first slash, the most telling groups first."""
     found: dict[str, list[tuple[str, float]]] = {name: [] for name in _SECTIONS}
     for key, value in terms.items():
         section, _, name = key.partition("/")
         found.setdefault(section, []).append((name or key, value))
-    return [(_SECTIONS.get(name, name), entries) for name, entries in found.items() if entries]
+    return [(name, entries) for name, entries in found.items() if entries]
 
 
 def _section(title: str, entries: list[tuple[str, float]], width: int) -> Table:
@@ -167,10 +161,6 @@ def _section(title: str, entries: list[tuple[str, float]], width: int) -> Table:
 def _important(terms: dict[str, float]) -> list[tuple[str, float]]:
     """The entries that a single line has room for: reward terms and what a curriculum changes."""
     return [(key, value) for key, value in terms.items() if key.startswith(("Episode_Reward/", "Curriculum/"))]
-
-
-def _short(key: str) -> str:
-    return key.partition("/")[2] if key.startswith("Episode_Reward/") else key
 
 
 def _number(value: float) -> str:

@@ -252,7 +252,8 @@ class RslRlBaseRunnerCfg(ConfigBase):
     """
 
     success_metric: str | None = None
-    """Log key that ranks ``model_best.pt`` (ours); None takes the first whose last part starts with "success"."""
+    """Log key that ranks ``model_best.pt`` (ours). None takes ``Metrics/success_rate``; without that, the first key
+    whose last part starts with "success"."""
 
     experiment_name: str = MISSING
     """Folder under ``logs/rsl_rl``."""

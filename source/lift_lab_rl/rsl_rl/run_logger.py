@@ -1,7 +1,7 @@
 """Curves of a training run.
 
 Everything that happens in a rollout is kept on the device and read once at its end, so that no step waits for a
-transfer. Tags are rsl_rl's; ``Reward / ...`` and ``Episode / ...`` are skrl's, which the study's figures use.
+transfer. Tags are Isaac Lab's and rsl_rl's; see :mod:`lift_lab_rl.scalar_names`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from rsl_rl.utils.log_writer import LogWriter
 from rsl_rl.utils.utils import resolve_class
 
 from lift_lab.utils.errors import ConfigError
+from lift_lab_rl.curve_layout import layout
+from lift_lab_rl.episode_logs import EpisodeLogs
+from lift_lab_rl.scalar_names import SPREAD
 
 from .curve_files import CurveWriter
 from .progress import IterationReport
@@ -54,9 +57,9 @@ class RunLogger:
         self._returns = torch.zeros(shape, device=device)
         self._lengths = torch.zeros(shape, device=device)
         self._dones = torch.zeros(shape, dtype=torch.bool, device=device)
-        self._logs: list[tuple[dict[str, Any], int, dict[str, Any]]] = []
+        self._logs = EpisodeLogs()
         self._step = 0
-        self._last_log: dict[str, Any] | None = None
+        self._curiosity = _Curiosity(shape, device) if cfg["algorithm"].get("rnd_cfg") else None
 
     # -- where curves go
 
@@ -71,13 +74,17 @@ class RunLogger:
         kind = self._cfg.get("logger", "tensorboard")
         if kind == "tensorboard":
             self.writer = CurveWriter(str(self._log_dir))
+            self.writer.add_custom_scalars(layout())
             return
         try:
             writer_class, settings = resolve_class(kind)
         except ModuleNotFoundError as error:
             raise ConfigError(f"agent.logger: {error}") from error
-        self.writer = writer_class(log_dir=str(self._log_dir), **settings)
-        self.writer.store_config(self._env_cfg, self._cfg)
+        writer: Any = writer_class(log_dir=str(self._log_dir), **settings)
+        self.writer = writer
+        writer.store_config(self._env_cfg, self._cfg)
+        if isinstance(writer, CurveWriter):
+            writer.add_custom_scalars(layout())
 
     def save_model(self, path: str, iteration: int) -> None:
         """Send a checkpoint to a service."""
@@ -111,16 +118,10 @@ class RunLogger:
         Args:
             rewards: shape (num_envs,).
             dones: shape (num_envs,).
-            extras: with the environment's ``log``, and in ``log_counts`` how many episodes an entry is the mean of, if
-                not of all that ended.
+            extras: the step's; see :meth:`~lift_lab_rl.episode_logs.EpisodeLogs.add`.
             intrinsic_rewards: shape (num_envs,).
         """
         step, done = self._step, dones > 0
-        # An environment keeps its last log until the next reset: each is counted once.
-        log = extras.get("log")
-        if log and log is not self._last_log:
-            self._logs.append((dict(log), step, extras.get("log_counts", {})))
-            self._last_log = log
         self._rewards[step] = rewards
         total = rewards if intrinsic_rewards is None else rewards + intrinsic_rewards
         self._reward_sum += total
@@ -128,30 +129,16 @@ class RunLogger:
         self._returns[step] = self._reward_sum
         self._lengths[step] = self._episode_length
         self._dones[step] = done
+        self._logs.add(extras, self._dones[step])
+        if self._curiosity is not None and intrinsic_rewards is not None:
+            self._curiosity.add(step, intrinsic_rewards, done)
         self._reward_sum.masked_fill_(done, 0.0)
         self._episode_length.masked_fill_(done, 0.0)
         self._step = step + 1
 
     def logs(self) -> list[dict[str, Any]]:
         """The environment's logs of the running rollout."""
-        return [log for log, *_ in self._logs]
-
-    def episode_logs(self) -> dict[str, float]:
-        """The environment's logs of this rollout, each averaged over its episodes that ended.
-
-        Logs of a step in which no episode ended, as of the first reset, are left out.
-        """
-        if not self._logs:
-            return {}
-        ended = self._dones.sum(1).tolist()
-        logs = [(log, ended[step], counts) for log, step, counts in self._logs if ended[step]]
-        means = {}
-        for key in dict.fromkeys(key for log, *_ in logs for key in log):
-            pairs = [(log[key], counts.get(key, everyone)) for log, everyone, counts in logs if key in log]
-            values = [float(v.float().mean()) if isinstance(v, torch.Tensor) else float(v) for v, _ in pairs]
-            weights = [weight for _, weight in pairs]
-            means[key] = sum(v * w for v, w in zip(values, weights, strict=True)) / sum(weights)
-        return means
+        return self._logs.entries()
 
     def log_iteration(
         self,
@@ -171,7 +158,9 @@ class RunLogger:
         finished = self._dones[used]
         self._last_returns.extend(self._returns[used][finished].tolist())
         self._last_lengths.extend(self._lengths[used][finished].tolist())
-        report.terms = self.episode_logs()
+        if self._curiosity is not None:
+            self._curiosity.finish(finished)
+        report.terms = self._logs.means()
         if self._last_returns:
             report.mean_reward = statistics.fmean(self._last_returns)
             report.mean_length = statistics.fmean(self._last_lengths)
@@ -189,7 +178,7 @@ class RunLogger:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}
         tags |= {f"Loss/{key}": value for key, value in losses.items()}
         if "entropy" in losses:
-            tags["Loss / Entropy loss"] = -report.entropy_coef * losses["entropy"]
+            tags["Loss/entropy_loss"] = -report.entropy_coef * losses["entropy"]
             tags["Policy/entropy_coef"] = report.entropy_coef
         tags["Loss/learning_rate"] = report.learning_rate
         tags["Policy/mean_std"] = report.action_std
@@ -201,29 +190,32 @@ class RunLogger:
             tags["Rnd/weight"] = rnd_weight
         rewards = self._rewards[: self._step]
         spread = torch.stack([rewards.mean(), rewards.max(), rewards.min()]).tolist()
-        for kind, value in zip(("mean", "max", "min"), spread, strict=True):
-            tags[f"Reward / Instantaneous reward ({kind})"] = value
+        for kind, value in zip(SPREAD, spread, strict=True):
+            tags[f"Train/{kind}_step_reward"] = value
         if report.mean_reward is not None and report.mean_length is not None:
             tags["Train/mean_reward"] = report.mean_reward
+            tags["Train/max_reward"], tags["Train/min_reward"] = max(self._last_returns), min(self._last_returns)
             tags["Train/mean_episode_length"] = report.mean_length
-            tags["Reward / Total reward (mean)"] = report.mean_reward
-            tags["Reward / Total reward (max)"] = max(self._last_returns)
-            tags["Reward / Total reward (min)"] = min(self._last_returns)
-            tags["Episode / Total timesteps (mean)"] = report.mean_length
-            tags["Episode / Total timesteps (max)"] = max(self._last_lengths)
-            tags["Episode / Total timesteps (min)"] = min(self._last_lengths)
+            tags["Train/max_episode_length"] = max(self._last_lengths)
+            tags["Train/min_episode_length"] = min(self._last_lengths)
+            if self._curiosity is not None:
+                intrinsic = self._curiosity.mean_return()
+                tags["Rnd/mean_intrinsic_reward"] = intrinsic
+                tags["Rnd/mean_extrinsic_reward"] = report.mean_reward - intrinsic
         return tags
 
     # -- continuing a run
 
     def state_dict(self) -> dict[str, Any]:
         """Running sums and the last episodes, as tensors and plain values."""
+        of_curiosity = {} if self._curiosity is None else self._curiosity.state_dict()
         return {
             "returns": list(self._last_returns),
             "lengths": list(self._last_lengths),
             "reward_sum": self._reward_sum.cpu().clone(),
             "episode_length": self._episode_length.cpu().clone(),
             "total_time_s": self._total_time_s,
+            **of_curiosity,
         }
 
     def forget_episodes(self) -> None:
@@ -232,6 +224,8 @@ class RunLogger:
         self._last_lengths.clear()
         self._reward_sum.zero_()
         self._episode_length.zero_()
+        if self._curiosity is not None:
+            self._curiosity.forget()
         self._logs.clear()
         self._step = 0
 
@@ -243,3 +237,48 @@ class RunLogger:
         self._reward_sum.copy_(state["reward_sum"])
         self._episode_length.copy_(state["episode_length"])
         self._total_time_s = state["total_time_s"]
+        if self._curiosity is not None:
+            self._curiosity.load_state_dict(state)
+
+
+class _Curiosity:
+    """Intrinsic rewards of random network distillation, summed over episodes."""
+
+    def __init__(self, shape: tuple[int, int], device: str):
+        """Begin with no episode.
+
+        Args:
+            shape: steps of a rollout, environments.
+            device: device of the rewards.
+        """
+        self._sum = torch.zeros(shape[1], device=device)
+        self._returns = torch.zeros(shape, device=device)
+        self._last: deque[float] = deque(maxlen=LAST_EPISODES)
+
+    def add(self, step: int, rewards: torch.Tensor, done: torch.Tensor) -> None:
+        """Add one step of the rollout; both tensors are of shape (num_envs,)."""
+        self._sum += rewards
+        self._returns[step] = self._sum
+        self._sum.masked_fill_(done, 0.0)
+
+    def finish(self, finished: torch.Tensor) -> None:
+        """Take the episodes of the rollout that ended; a bool tensor of shape (steps, num_envs)."""
+        self._last.extend(self._returns[: len(finished)][finished].tolist())
+
+    def mean_return(self) -> float:
+        """Mean over the last episodes; 0 before the first."""
+        return statistics.fmean(self._last) if self._last else 0.0
+
+    def forget(self) -> None:
+        """Drop all episodes."""
+        self._sum.zero_()
+        self._last.clear()
+
+    def state_dict(self) -> dict[str, Any]:
+        """Running sums and the last episodes."""
+        return {"intrinsic_returns": list(self._last), "intrinsic_sum": self._sum.cpu().clone()}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Write a state of :meth:`state_dict` back."""
+        self._last.extend(state["intrinsic_returns"])
+        self._sum.copy_(state["intrinsic_sum"])

@@ -20,6 +20,7 @@ from rsl_rl.utils.log_writer import LogWriter
 
 from lift_lab.utils.dict import class_to_dict, replace_slices_with_strings
 from lift_lab.utils.errors import ConfigError, LiftLabError, MissingPackageError
+from lift_lab_rl.scalar_names import SUCCESS_RATE
 
 from .curve_files import CurveWriter
 
@@ -86,6 +87,8 @@ class WandbWriter(CurveWriter, LogWriter):
                 config={"log_dir": log_dir},
                 settings=self._wandb.Settings(**settings),
             )
+            # the run's summary has the best and the last success rate, not the last alone
+            self._run.define_metric(SUCCESS_RATE, summary="last,max")
         super().__init__(log_dir)
 
     def add_scalar(

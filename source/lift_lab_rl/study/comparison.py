@@ -167,9 +167,9 @@ def success_table(results: dict[str, Any], labels: Sequence[str], paper: Paper, 
     )
     for label in labels:
         evaluations = _entries(results, label)
-        counts = sorted({int(count) for entry in evaluations for count in entry["success"]})
+        counts = sorted({int(count) for entry in evaluations for count in entry["success_rate"]})
         for count in counts:
-            rates = [entry["success"][str(count)] for entry in evaluations if str(count) in entry["success"]]
+            rates = [entry["success_rate"][str(count)] for entry in evaluations if str(count) in entry["success_rate"]]
             wins = [round(rate * count) for rate in rates]
             study = NONE
             for row in paper.table:
@@ -181,11 +181,11 @@ def success_table(results: dict[str, Any], labels: Sequence[str], paper: Paper, 
 
 
 _EVALUATION_ROWS = (
-    ("mean total reward", "reward_mean"),
-    ("least total reward", "reward_min"),
-    ("greatest total reward", "reward_max"),
-    ("mean episode length (steps)", "length_mean"),
-    ("shortest episode (steps)", "length_min"),
+    ("mean total reward", "mean_reward"),
+    ("least total reward", "min_reward"),
+    ("greatest total reward", "max_reward"),
+    ("mean episode length (steps)", "mean_episode_length"),
+    ("shortest episode (steps)", "min_episode_length"),
     ("time to success (s)", "time_to_success_s"),
 )
 
@@ -204,9 +204,9 @@ def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
 
 
 def _value(entry: dict[str, Any], key: str) -> float | None:
-    """A figure of an evaluation, or None; ``success`` is the rate over all its episodes."""
-    if key == "success":
-        return entry["success"].get(str(entry["episodes"]))
+    """A figure of an evaluation, or None; ``success_rate`` is the rate over all its episodes."""
+    if key == "success_rate":
+        return entry["success_rate"].get(str(entry["episodes"]))
     return entry.get(key, entry.get("logs", {}).get(key))
 
 
@@ -232,7 +232,7 @@ def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Tabl
             entries = [run.get("evaluation") if name == "none" else run.get("perturbed", {}).get(name) for run in runs]
             found = [entry for entry in entries if entry]
             trials = sum(entry["episodes"] for entry in found)
-            wins = sum(round(entry["success"][str(entry["episodes"])] * entry["episodes"]) for entry in found)
+            wins = sum(round(entry["success_rate"][str(entry["episodes"])] * entry["episodes"]) for entry in found)
             cells.append(rate_with_interval(wins, trials) if trials else NONE)
         table.rows.append([name, *cells])
     return table if names else Table(table.title, table.header)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.run_params import read_params
+from lift_lab_rl.scalar_names import renamed_scalars
 
 TAIL = 0.05
 """Share of a run's iterations that counts as the end of training."""
@@ -118,7 +119,7 @@ def smooth(values: np.ndarray, weight: float) -> np.ndarray:
 
 
 def read_scalars(folder: str | Path) -> Scalars:
-    """All scalars in a folder's event files.
+    """All scalars in a folder's event files, those of an older version under their present names.
 
     Raises:
         FileError: there are no event files.
@@ -133,7 +134,7 @@ def read_scalars(folder: str | Path) -> Scalars:
     for tag in events.Tags()["scalars"]:
         points = events.Scalars(tag)
         scalars[tag] = (np.array([p.step for p in points], int), np.array([p.value for p in points], float))
-    return scalars
+    return renamed_scalars(scalars)
 
 
 def damaged_event_files(folder: str | Path) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from lift_lab.utils.errors import FileError
 from lift_lab_rl.files import read_json
+from lift_lab_rl.scalar_names import renamed_evaluation
 
 from .curves import TrainingRun
 
@@ -29,10 +30,20 @@ def load_results(path: str | Path) -> dict[str, Any]:
         missing = [key for key in ("label", "seed") if not isinstance(run, dict) or key not in run]
         if missing:
             raise FileError(f"'{path}' is no {RESULTS} of lift-lab study: a run has no '{missing[0]}'")
-        for entry in (run.get("evaluation") or {}, *(run.get("perturbed") or {}).values()):
-            if entry and not (isinstance(entry.get("success"), dict) and "episodes" in entry):
-                raise FileError(f"'{path}': an evaluation of '{run['label']}' has no 'success' or no 'episodes'")
+        perturbed = run.get("perturbed") or {}
+        if run.get("evaluation"):
+            run["evaluation"] = _evaluation(run["evaluation"], run["label"], path)
+        if perturbed:
+            run["perturbed"] = {name: _evaluation(entry, run["label"], path) for name, entry in perturbed.items()}
     return content
+
+
+def _evaluation(entry: Any, label: str, path: str | Path) -> dict[str, Any]:
+    """An evaluation under the present keys, or an error if it lacks what every evaluation has."""
+    found = renamed_evaluation(entry) if isinstance(entry, dict) else {}
+    if not isinstance(found.get("success_rate"), dict) or "episodes" not in found:
+        raise FileError(f"'{path}': an evaluation of '{label}' has no 'success_rate' or no 'episodes'")
+    return found
 
 
 def find_results(runs: Iterable[TrainingRun]) -> list[Path]:

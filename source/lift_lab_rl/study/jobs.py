@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lift_lab.utils.errors import ConfigError, FileError, suggest
+from lift_lab_rl.scalar_names import renamed_evaluation
 
 _TIME = r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d_"
 """Start of the name of a run's folder."""
@@ -213,7 +214,9 @@ def read_evaluation(path: Path, checkpoint: Path, episodes: int, seed: int) -> d
     except ValueError:  # cut off: it is done again
         return None
     wanted = {"checkpoint": str(checkpoint), "episodes": episodes, "seed": seed}
-    return content if isinstance(content, dict) and wanted.items() <= content.items() else None
+    if not isinstance(content, dict) or not wanted.items() <= content.items():
+        return None
+    return renamed_evaluation(content)
 
 
 def check_settings(old: dict[str, Any], new: dict[str, Any], path: Path) -> None:

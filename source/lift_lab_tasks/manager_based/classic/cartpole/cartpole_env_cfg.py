@@ -8,6 +8,7 @@ import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
 from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import MetricsTermCfg as MetricTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
 from lift_lab.managers import ObservationTermCfg as ObsTerm
 from lift_lab.managers import RewardTermCfg as RewTerm
@@ -89,6 +90,14 @@ class RewardsCfg:
 
 
 @configclass
+class MetricsCfg:
+    """Numbers of each episode for the log."""
+
+    success = MetricTerm(func=mdp.pole_balanced, reduce="max", log_as="success_rate")
+    """1 if the pole stands when time has run out."""
+
+
+@configclass
 class TerminationsCfg:
     """Time, or the cart more than 3 m from the middle."""
 
@@ -107,6 +116,7 @@ class CartpoleEnvCfg(ManagerBasedRLEnvCfg):
     actions: ActionsCfg = ActionsCfg()
     events: EventCfg = EventCfg()
     rewards: RewardsCfg = RewardsCfg()
+    metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
 
     def __post_init__(self):

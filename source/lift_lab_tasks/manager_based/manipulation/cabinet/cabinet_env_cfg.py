@@ -12,6 +12,7 @@ from lift_lab.assets import ArticulationCfg, AssetBaseCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
 from lift_lab.managers import ActionTermCfg as ActionTerm
 from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import MetricsTermCfg as MetricTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
 from lift_lab.managers import ObservationTermCfg as ObsTerm
 from lift_lab.managers import RewardTermCfg as RewTerm
@@ -166,6 +167,14 @@ class RewardsCfg:
 
 
 @configclass
+class MetricsCfg:
+    """Numbers of each episode for the log."""
+
+    success = MetricTerm(func=mdp.drawer_is_open, reduce="max", log_as="success_rate")
+    """1 once the drawer was open."""
+
+
+@configclass
 class TerminationsCfg:
     """Time alone."""
 
@@ -180,6 +189,7 @@ class CabinetEnvCfg(ManagerBasedRLEnvCfg):
     observations: ObservationsCfg = ObservationsCfg()
     actions: ActionsCfg = ActionsCfg()
     rewards: RewardsCfg = RewardsCfg()
+    metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
     events: EventCfg = EventCfg()
 

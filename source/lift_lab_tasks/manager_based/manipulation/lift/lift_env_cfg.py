@@ -140,7 +140,7 @@ _SUCCESS = {"command_name": "object_pose", "threshold": 0.02}
 class MetricsCfg:
     """Numbers of each episode for the log, beside the hand's errors that come with the command."""
 
-    success = MetricTerm(func=mdp.object_reached_goal, params=_SUCCESS, reduce="max", log_as="object_pose/success")
+    success = MetricTerm(func=mdp.object_reached_goal, params=_SUCCESS, reduce="max", log_as="success_rate")
     """1 once the object came near its goal."""
     object_position_error = MetricTerm(
         func=mdp.object_position_error,

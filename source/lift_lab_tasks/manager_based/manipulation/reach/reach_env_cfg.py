@@ -12,6 +12,7 @@ from lift_lab.envs import ManagerBasedRLEnvCfg
 from lift_lab.managers import ActionTermCfg as ActionTerm
 from lift_lab.managers import CurriculumTermCfg as CurrTerm
 from lift_lab.managers import EventTermCfg as EventTerm
+from lift_lab.managers import MetricsTermCfg as MetricTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
 from lift_lab.managers import ObservationTermCfg as ObsTerm
 from lift_lab.managers import RewardTermCfg as RewTerm
@@ -126,6 +127,14 @@ class RewardsCfg:
 
 
 @configclass
+class MetricsCfg:
+    """Numbers of each episode for the log, beside the hand's errors that come with the command."""
+
+    success = MetricTerm(func=mdp.pose_reached, reduce="max", log_as="success_rate")
+    """1 once the hand was at its pose."""
+
+
+@configclass
 class TerminationsCfg:
     """Time alone."""
 
@@ -153,6 +162,7 @@ class ReachEnvCfg(ManagerBasedRLEnvCfg):
     actions: ActionsCfg = ActionsCfg()
     commands: CommandsCfg = CommandsCfg()
     rewards: RewardsCfg = RewardsCfg()
+    metrics: MetricsCfg = MetricsCfg()
     terminations: TerminationsCfg = TerminationsCfg()
     events: EventCfg = EventCfg()
     curriculum: CurriculumCfg = CurriculumCfg()
