@@ -1,4 +1,4 @@
-"""Draw the study's figures and tables from training runs, ours beside the study's.
+"""Draw the paper's figures and tables from training runs, our numbers beside the paper's.
 
 lift-lab report RUNS... --out DIR
 
@@ -21,7 +21,7 @@ def parse():
     parser.add_argument("runs", nargs="+", metavar="RUNS", help="folders, each possibly LABEL=FOLDER")
     parser.add_argument("--out", type=Path, required=True, help="folder for the report")
     parser.add_argument("--results", type=Path, default=None, help="evaluations (default: results.json beside them)")
-    parser.add_argument("--baseline", type=str, default=None, help="label that corresponds to the study's baseline")
+    parser.add_argument("--baseline", type=str, default=None, help="label that corresponds to the paper's baseline")
     parser.add_argument("--curriculum", type=str, default=None, help="label that corresponds to its curriculum")
     parser.add_argument("--tail", type=share, default=0.05, help="share of the iterations that is the end of training")
     parser.add_argument("--smoothing", type=share, default=0.9, help="of the curves, from 0 to below 1")
@@ -46,6 +46,7 @@ def main() -> int:
     from lift_lab_rl.study.comparison import Roles
     from lift_lab_rl.study.curves import find_runs, group_runs, remarks
     from lift_lab_rl.study.evaluations import collect, find_results
+    from lift_lab_rl.study.missing import missing_scalars
     from lift_lab_rl.study.page import tables, write_report
     from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
@@ -53,7 +54,8 @@ def main() -> int:
     groups = group_runs(runs)
     results, left_out = collect([args.results] if args.results is not None else find_results(runs), runs)
     roles = Roles.guess(groups, PAPER, args.baseline, args.curriculum)
-    notes = [*remarks(runs), *left_out]
+    groups = roles.ordered(groups)
+    notes = [*remarks(runs), *left_out, *missing_scalars(groups, results, PAPER)]
     page = write_report(groups, results, PAPER, roles, args.out, args.title, args.tail, args.smoothing, notes)
     show(tables(groups, results, PAPER, roles, args.tail))
     for note in notes:
@@ -68,7 +70,9 @@ def show(made: list) -> None:
     from rich.table import Table
 
     for table in made:
-        shown = Table(*table.header, title=table.title, title_justify="left")
+        shown = Table(title=table.title, title_justify="left")
+        for name in table.header:
+            shown.add_column(name, overflow="fold")
         for row in table.rows:
             shown.add_row(*row)
         Console().print(shown)

@@ -331,6 +331,7 @@ def main() -> int:
     from lift_lab_rl.study.evaluations import load_results
     from lift_lab_rl.study.figures import require_matplotlib
     from lift_lab_rl.study.jobs import Variant, make_jobs
+    from lift_lab_rl.study.missing import missing_scalars
     from lift_lab_rl.study.page import write_report
     from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
@@ -353,9 +354,10 @@ def main() -> int:
         return endings.exit_status(study.stopped_by)
     if not args.no_report and any("checkpoint" in job.record for job in jobs):
         runs = find_runs([study.folder])
-        groups, notes = group_runs(runs), remarks(runs)
+        groups, results = group_runs(runs), load_results(study.results)
+        notes = [*remarks(runs), *missing_scalars(groups, results, PAPER)]
         roles, folder = Roles.guess(groups, PAPER), study.folder / "report"
-        page = write_report(groups, load_results(study.results), PAPER, roles, folder, notes=notes)
+        page = write_report(roles.ordered(groups), results, PAPER, roles, folder, notes=notes)
         for note in notes:
             print(f"note: {note}")
         print(f"written: {page}")

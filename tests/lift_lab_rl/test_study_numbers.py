@@ -16,7 +16,6 @@ from lift_lab_rl.study.comparison import Roles, verdict
 from lift_lab_rl.study.curves import Group, TrainingRun, find_runs, group_runs, remarks, smooth
 from lift_lab_rl.study.evaluations import collect, find_results, load_results
 from lift_lab_rl.study.figures import draw, save
-from lift_lab_rl.study.page import write_report
 from lift_lab_tasks.manager_based.manipulation.lift.paper import PAPER
 
 REWARD = "Train/mean_reward"
@@ -178,10 +177,10 @@ def test_the_studys_rewards_add_up_to_its_total():
 @pytest.mark.parametrize(
     ("sign", "difference", "ends", "expected"),
     [
-        (1, 2.0, (1.0, 3.0), "as the study"),
+        (1, 2.0, (1.0, 3.0), "as the paper"),
         (-1, 2.0, (1.0, 3.0), "opposite"),
         (1, 2.0, (-1.0, 5.0), "undecided"),
-        (-1, -2.0, None, "as the study (too few seeds for an interval)"),
+        (-1, -2.0, None, "as the paper (too few seeds for an interval)"),
     ],
 )
 def test_a_claim_holds_where_the_interval_of_the_difference_has_its_sign(sign, difference, ends, expected):
@@ -258,7 +257,7 @@ def test_claims_compare_the_ends_of_training_and_the_evaluations(tmp_path):
     ends = f"[{comparison.number(welch.low)}, {comparison.number(welch.high)}]"
     assert rows["higher mean total reward"][4:] == [f"11.00 {ends}", "undecided"]
     # equal spreads: two degrees of freedom, standard error sqrt(0.5), 4.30265 * 0.70711 = 3.04244
-    assert rows["smoother actions"][4:] == ["-4.000 [-7.042, -0.9576]", "as the study"]
+    assert rows["smoother actions"][4:] == ["-4.000 [-7.042, -0.9576]", "as the paper"]
 
 
 def test_claims_are_paired_by_seed_where_one_side_began_from_the_other():
@@ -267,7 +266,7 @@ def test_claims_are_paired_by_seed_where_one_side_began_from_the_other():
     table = comparison.claims_table([curriculum, baseline], {}, PAPER, Roles("base", "cl"))
     ends = stats.ttest_rel([3.09, 3.33, 3.49], [2.50, 2.85, 3.14]).confidence_interval(0.95)
     (row,) = table.rows
-    assert row[4:] == [f"0.4733 [{ends.low:.4f}, {ends.high:.4f}]", "as the study"]
+    assert row[4:] == [f"0.4733 [{ends.low:.4f}, {ends.high:.4f}]", "as the paper"]
     baseline.runs[0].start = None  # one began anew
     (row,) = comparison.claims_table([curriculum, baseline], {}, PAPER, Roles("base", "cl")).rows
     assert row[5] == "undecided"
@@ -332,7 +331,7 @@ def test_a_file_of_other_content_is_no_results_file(tmp_path, content, message):
     assert "r.json'" in str(caught.value)
 
 
-# -- pages and curriculum jumps
+# -- curriculum jumps and figures
 
 
 def test_a_jump_of_a_penalty_is_found_with_the_success_around_it(tmp_path):
@@ -343,30 +342,6 @@ def test_a_jump_of_a_penalty_is_found_with_the_success_around_it(tmp_path):
     groups = group_runs(find_runs([tmp_path / "jump", tmp_path / "ramp"]))
     table = comparison.jump_table(groups, [SUCCESS], window=2)
     assert table.rows == [["jump", comparison.NONE, "4", "95.0%", "40.0%", "95.0%"]]
-
-
-def test_the_page_needs_nothing_beside_it_and_every_figure_is_a_file(tmp_path):
-    tags = {figure.tags[0]: [0.1, 0.2, 0.3] for figure in PAPER.figures}
-    places = []
-    for label in ("base", "base-CL"):
-        _write(tmp_path / label, tags)
-        places.append(f"{label}={tmp_path / label}")
-    groups = group_runs(find_runs(places))
-    page = write_report(groups, RESULTS, PAPER, Roles("base", "base-CL"), tmp_path / "out", notes=["one is missing"])
-    text = page.read_text()
-    assert text.count("data:image/png;base64,") == len(PAPER.figures)
-    assert not re.search(r"(src|href)=\"(?!data:)", text)
-    for title in (
-        "Note: one is missing",
-        "Table 1",
-        "The study&#x27;s claims",
-        "Generalisation",
-        "Fig. 22. Total Reward",
-    ):
-        assert title in text
-    files = sorted((tmp_path / "out" / "figures").iterdir())
-    assert {path.suffix for path in files} == {".png", ".pdf"}
-    assert len(files) == 2 * len(PAPER.figures)
 
 
 def test_a_label_is_no_mathematics(tmp_path):

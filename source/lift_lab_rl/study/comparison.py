@@ -1,4 +1,4 @@
-"""Our numbers beside the study's: tables as data, with intervals over seeds and over episodes."""
+"""Our numbers beside the paper's: tables as data, with intervals over seeds and over episodes."""
 
 from __future__ import annotations
 
@@ -27,11 +27,13 @@ class Table:
     header: list[str]
     rows: list[list[str]] = field(default_factory=list)
     note: str = ""
+    is_success: bool = False
+    """Whether it is about success, which a report shows first."""
 
 
 @dataclass
 class Roles:
-    """Labels that correspond to the study's two trainings; None where there is none."""
+    """Labels that correspond to the paper's two trainings; None where there is none."""
 
     baseline: str | None = None
     curriculum: str | None = None
@@ -56,6 +58,11 @@ class Roles:
             for task in (paper.baseline_task, paper.curriculum_task)
         ]
         return cls(baseline or found[0], curriculum or found[1])
+
+    def ordered(self, groups: Sequence[Group]) -> list[Group]:
+        """Groups in the paper's order: baseline, curriculum, then the others as they are."""
+        ranks = {self.baseline: 0, self.curriculum: 1}
+        return sorted(groups, key=lambda group: ranks.get(group.label, 2))
 
 
 def number(value: float | None) -> str:
@@ -102,13 +109,14 @@ def runs_table(groups: Sequence[Group]) -> Table:
 
 
 def numbers_table(groups: Sequence[Group], paper: Paper, roles: Roles, tail: float = TAIL) -> Table:
-    """The end of training beside the study's numbers, figure by figure."""
+    """The end of training beside the paper's numbers, figure by figure."""
     table = Table(
         "End of training",
-        ["figure", "study: baseline", "study: curriculum", *(group.label for group in groups)],
-        note=f"Ours: mean over the last {tail:.0%} of iterations, then over seeds, with its 95 % interval over "
-        f"them (Student's t). The study trained {paper.total_steps / 1e6:.1f} M steps. Its baseline corresponds to "
-        f"{roles.baseline or NONE}, its curriculum to {roles.curriculum or NONE}.",
+        ["figure", "paper: baseline", "paper: curriculum", *(group.label for group in groups)],
+        note=f"Ours: the mean over the last {tail:.0%} of the iterations, then over seeds. In brackets: the 95 % "
+        f"interval over seeds (Student's t). The paper trained for {paper.total_steps / 1e6:.1f} M steps. Its baseline "
+        f"is compared with {roles.baseline or 'none of these runs'}, its curriculum with "
+        f"{roles.curriculum or 'none of these runs'}.",
     )
     for figure in (*paper.figures, *paper.further):
         ours = [group.at_end(figure.tags, tail) for group in groups]
@@ -119,12 +127,30 @@ def numbers_table(groups: Sequence[Group], paper: Paper, roles: Roles, tail: flo
     return table
 
 
+def training_success_table(groups: Sequence[Group], success_tags: Sequence[str], tail: float = TAIL) -> Table:
+    """Success of training episodes at the end of training."""
+    table = Table(
+        "Success at the end of training",
+        ["label", "each seed", "mean of seeds"],
+        note=f"Share of the training episodes that succeeded, mean over the last {tail:.0%} of the iterations. These "
+        "episodes have exploration noise.",
+        is_success=True,
+    )
+    for group in groups:
+        ends = group.at_end(success_tags, tail)
+        if ends:
+            table.rows.append([group.label, ", ".join(f"{end:.1%}" for end in ends), f"{np.mean(ends):.1%}"])
+    return table
+
+
 def jump_table(groups: Sequence[Group], success_tags: Sequence[str], window: int = 50) -> Table:
     """Success of training episodes before and after a curriculum's weight jumps, run by run."""
     table = Table(
-        "Success before and after the jump of the penalties",
+        "Success when the penalties increase",
         ["label", "seed", "iteration", f"mean of {window} before", f"least of {window} after", "end"],
-        note="A jump is a change of a penalty's weight by more than 40 % of its whole way within one iteration.",
+        note="Found where the weight of a penalty changes by more than 40 % of its range within one iteration. "
+        f"Success is that of training episodes, in {window} iterations before and after.",
+        is_success=True,
     )
     for group in groups:
         for run in group.runs:
@@ -162,8 +188,10 @@ def success_table(results: dict[str, Any], labels: Sequence[str], paper: Paper, 
     """Successes of evaluations, the paper's and ours."""
     table = Table(
         paper.table_title,
-        ["model", "episodes", "study", "each seed", "all seeds [95 %]"],
-        note="Ours: each seed's first episodes; intervals are Wilson's over the episodes of all seeds.",
+        ["model", "episodes", "paper", "each seed", "all seeds [95 %]"],
+        note="Ours: the first episodes of each seed's evaluation, without exploration noise. In brackets: Wilson's "
+        "95 % interval over the episodes of all seeds.",
+        is_success=True,
     )
     for label in labels:
         evaluations = _entries(results, label)
@@ -171,19 +199,19 @@ def success_table(results: dict[str, Any], labels: Sequence[str], paper: Paper, 
         for count in counts:
             rates = [entry["success_rate"][str(count)] for entry in evaluations if str(count) in entry["success_rate"]]
             wins = [round(rate * count) for rate in rates]
-            study = NONE
+            printed = NONE
             for row in paper.table:
                 if row.episodes == count and label in (roles.baseline, roles.curriculum):
-                    study = f"{row.baseline if label == roles.baseline else row.curriculum} of {count}"
+                    printed = f"{row.baseline if label == roles.baseline else row.curriculum} of {count}"
             each = ", ".join(map(str, wins))
-            table.rows.append([label, str(count), study, each, rate_with_interval(sum(wins), count * len(wins))])
+            table.rows.append([label, str(count), printed, each, rate_with_interval(sum(wins), count * len(wins))])
     return table
 
 
 _EVALUATION_ROWS = (
     ("mean total reward", "mean_reward"),
-    ("least total reward", "min_reward"),
-    ("greatest total reward", "max_reward"),
+    ("minimum total reward", "min_reward"),
+    ("maximum total reward", "max_reward"),
     ("mean episode length (steps)", "mean_episode_length"),
     ("shortest episode (steps)", "min_episode_length"),
     ("time to success (s)", "time_to_success_s"),
@@ -192,7 +220,12 @@ _EVALUATION_ROWS = (
 
 def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
     """What the policies do without exploration noise."""
-    table = Table("Evaluation", ["measure", *labels], note="Mean over seeds with its 95 % interval (Student's t).")
+    table = Table(
+        "Evaluation",
+        ["measure", *labels],
+        note="The policies act without exploration noise. Mean over seeds. In brackets: its 95 % interval (Student's "
+        "t).",
+    )
     entries = {label: _entries(results, label) for label in labels}
     logs = dict.fromkeys(key for some in entries.values() for entry in some for key in entry.get("logs", {}))
     rows = [*_EVALUATION_ROWS, *((key, key) for key in logs if not key.startswith("Metrics/physics/"))]
@@ -219,10 +252,11 @@ def _values(entries: Sequence[dict[str, Any]], key: str) -> list[float]:
 def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
     """Success under perturbations, over the episodes of all seeds."""
     table = Table(
-        "Generalisation: success under perturbations",
+        "Success under perturbations",
         ["perturbation", *labels],
-        note="Factors of the object's mass and of all friction; starts outside the trained range, within this factor "
-        "of it; delay of actions in s. Wilson's 95 % interval over the episodes of all seeds.",
+        note="mass and friction: factors. pose: starts outside the trained range, within this factor of it. delay: of "
+        "actions, in s. In brackets: Wilson's 95 % interval over the episodes of all seeds.",
+        is_success=True,
     )
     names = dict.fromkeys(name for run in results.get("runs", []) for name in run.get("perturbed", {}))
     for name in ("none", *names):
@@ -244,13 +278,13 @@ def generalisation_table(results: dict[str, Any], labels: Sequence[str]) -> Tabl
 def claims_table(
     groups: Sequence[Group], results: dict[str, Any], paper: Paper, roles: Roles, tail: float = TAIL
 ) -> Table:
-    """The study's claims one by one, and whether our difference has their direction."""
+    """The paper's claims one by one, and whether our difference has their direction."""
     table = Table(
-        "The study's claims",
-        ["curriculum against baseline", "study", "baseline", "curriculum", "difference [95 %]", "direction"],
-        note="Interval of the difference of means over seeds: Student's t of the differences within each seed where "
-        "all runs of one side began from the other's of the same seed, else Welch's. 'undecided': the interval "
-        "contains 0.",
+        "The paper's claims",
+        ["curriculum against baseline", "paper", "baseline", "curriculum", "difference [95 %]", "direction"],
+        note="In brackets: the 95 % interval of the difference of means over seeds. 'undecided': the interval "
+        "contains 0. It is Student's t of the differences within each seed where all runs of one side began from the "
+        "other's of the same seed, else Welch's.",
     )
     by_label = {group.label: group for group in groups}
     sides = [by_label.get(label or "") for label in (roles.baseline, roles.curriculum)]
@@ -304,5 +338,5 @@ def verdict(sign: int, difference: float, ends: tuple[float, float] | None) -> s
     """
     if ends is not None and ends[0] <= 0.0 <= ends[1]:
         return "undecided"
-    text = "as the study" if difference * sign > 0 else "opposite" if difference else "undecided"
+    text = "as the paper" if difference * sign > 0 else "opposite" if difference else "undecided"
     return text if ends is not None else f"{text} (too few seeds for an interval)"

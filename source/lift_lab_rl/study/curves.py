@@ -80,6 +80,10 @@ class Group:
         values = (run.at_end(tags, tail) for run in self.runs)
         return [value for value in values if value is not None]
 
+    def tags(self) -> set[str]:
+        """Scalars that at least one of its runs has."""
+        return {tag for run in self.runs for tag, (steps, _) in run.scalars.items() if len(steps)}
+
     def band(self, tags: Sequence[str]) -> Band | None:
         """Mean, least and greatest over the runs, where at least one has a value; None without such a curve."""
         found = [(run.find(tags), run.steps_per_iteration) for run in self.runs]

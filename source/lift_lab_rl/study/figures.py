@@ -1,4 +1,4 @@
-"""Drawings of training curves: one panel for each group side by side, the same axes, the study's end values dashed."""
+"""Drawings of training curves: one panel a group side by side, the same axes, the paper's end values dashed."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .curves import Band, Group, smooth
 from .paper import Figure
 
 COLOURS = ("#c2399b", "#1597a5", "#e08a1e", "#5a6fd6", "#4f8a3a", "#8a5a3a")
-"""Of the groups: the study draws its baseline in magenta and its curriculum in cyan."""
+"""Colours of the groups. The paper's baseline is magenta and its curriculum cyan."""
 
 
 def draw(
     figure: Figure,
     groups: Sequence[Group],
-    study_ends: dict[str, float | None],
+    paper_ends: dict[str, float | None],
     smoothing: float = 0.9,
 ) -> Any | None:
     """One figure.
@@ -26,7 +26,7 @@ def draw(
     Args:
         figure: what to draw.
         groups: one panel each; none whose runs lack the curve.
-        study_ends: the study's end value, by label of the group that corresponds.
+        paper_ends: the paper's end value, by label of the group that corresponds.
         smoothing: weight of the past in the solid line, in [0, 1).
 
     Returns:
@@ -44,7 +44,7 @@ def draw(
     canvas(plot)
     panels = plot.subplots(1, len(shown), sharey=True, sharex=True, squeeze=False)[0]
     for panel, (k, group, band) in zip(panels, shown, strict=True):
-        _panel(panel, band, group, COLOURS[k % len(COLOURS)], smoothing, study_ends.get(group.label))
+        _panel(panel, band, group, COLOURS[k % len(COLOURS)], smoothing, paper_ends.get(group.label))
         panel.set_xlabel("environment steps (millions)")
     panels[0].set_ylabel(f"{figure.title}\n({figure.unit})" if figure.unit else figure.title, fontsize=9)
     return plot
@@ -58,7 +58,7 @@ def _panel(panel: Any, band: Band, group: Group, colour: str, smoothing: float, 
     if end is not None:
         panel.axhline(end, color="#555555", linestyle="--", linewidth=0.9)
         panel.annotate(
-            f"study: {end:g}", (0.01, end), xycoords=("axes fraction", "data"), ha="left", va="bottom", fontsize=7
+            f"paper: {end:g}", (0.01, end), xycoords=("axes fraction", "data"), ha="left", va="bottom", fontsize=7
         )
     seeds = len(group.runs)
     label = group.label.replace("$", r"\$")  # no mathematics

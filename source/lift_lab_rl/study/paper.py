@@ -1,4 +1,4 @@
-"""The form of a paper's results, which a report sets beside ours. The numbers are a task's: see its ``paper.py``."""
+"""The form of a paper's results, for a report that compares ours with them. A task's ``paper.py`` has the numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Figure:
     title: str
     """Its caption."""
     tags: tuple[str, ...]
-    """Scalars that show the same in our logs; the first that a run has is taken."""
+    """Our scalars for the same quantity; the first that a run has is taken."""
     unit: str = ""
     baseline: float | None = None
     """The paper's value at the end of the baseline's training; None if the text has none."""
@@ -47,6 +47,8 @@ class Claim:
 class Paper:
     """Results of a baseline and of a curriculum, as printed."""
 
+    citation: str
+    """Title, and where known authors, year and DOI."""
     baseline_task: str
     """Our task that corresponds to the paper's baseline."""
     curriculum_task: str

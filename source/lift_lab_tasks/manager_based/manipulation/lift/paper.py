@@ -71,6 +71,8 @@ _CLAIMS = (
 """What sections 4.2 to 4.7 claim."""
 
 PAPER = Paper(
+    citation="Adaptive Robotic Arm Control: Leveraging Curriculum Learning and Deep Reinforcement Learning for "
+    "Efficient Pick-and-Lift Operations Through Simulation (our copy names no authors, year or DOI)",
     baseline_task="Lift-Cube-Franka",
     curriculum_task="Lift-Cube-Franka-CL",
     total_steps=100_000 * 4_096,
@@ -81,4 +83,4 @@ PAPER = Paper(
     claims=_CLAIMS,
     success_tags=_FURTHER[0].tags,
 )
-"""What reports set beside our numbers."""
+"""What reports compare our numbers with."""
