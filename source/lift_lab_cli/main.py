@@ -29,6 +29,7 @@ COMMANDS = {
     "describe": Command("describe", "show what a task is made of"),
     "benchmark": Command("benchmark", "measure how fast a task runs"),
     "demo": Command("demo", "show a pretrained policy at work, in a browser or as a film"),
+    "port": Command("port", "port a package of Isaac Lab 2.x"),
     "usd": Command("usd_info", "import a USD file and report what the importer made of it"),
 }
 """Sub-commands by name, in the order of the help text."""

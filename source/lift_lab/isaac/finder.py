@@ -21,11 +21,11 @@ else:
     Loader = object  # importing it costs more than all of this module
 
 
-def _names(entry: Unsupported, module: str) -> set[str]:
+def names_of(entry: Unsupported, module: str) -> set[str]:
     """Names of one row of the table, with ``*`` written out."""
     if entry.modules[module] != "*":
         return {*entry.modules[module].split()}
-    return {name for row in entry.modules if row.startswith(f"{module}.") for name in _names(entry, row)}
+    return {name for row in entry.modules if row.startswith(f"{module}.") for name in names_of(entry, row)}
 
 
 _FOLDER = os.path.dirname(__file__)
@@ -34,7 +34,7 @@ MODULES: dict[str, dict[str, str]] = {}
 """Module -> its names, each with the file of this package that defines it."""
 for _entry in TABLE:
     for _row in _entry.modules:
-        MODULES.setdefault(f"lift_lab.{_row}", {}).update(dict.fromkeys(sorted(_names(_entry, _row)), _entry.file))
+        MODULES.setdefault(f"lift_lab.{_row}", {}).update(dict.fromkeys(sorted(names_of(_entry, _row)), _entry.file))
 
 
 class TableFinder:
