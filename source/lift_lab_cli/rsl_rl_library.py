@@ -233,15 +233,17 @@ class _Player(Player):
         self.env, self.runner = make_runner(env, settings.agent)
         self.runner.load_policy(str(checkpoint))
         self.policy = self.runner.get_inference_policy(device=settings.agent.device)
-        self.exported = exported
+        self.exported, self.checkpoint = exported, checkpoint
         self.logs: dict[str, list[tuple[float, int]]] = {}
 
     def begin(self, say: Callable[[str], None]) -> None:
         from lift_lab_rl.rsl_rl import export_policy_as_jit, export_policy_as_onnx
 
         network = self.runner.alg.get_policy()
-        say(f"exported: {export_policy_as_jit(network, None, self.exported)}")
-        say(f"exported: {export_policy_as_onnx(network, self.exported)}")
+        metadata = self.runner.policy_metadata(self.checkpoint)
+        say(f"exported: {export_policy_as_jit(network, None, self.exported, metadata=metadata)}")
+        say(f"exported: {export_policy_as_onnx(network, self.exported, metadata=metadata)}")
+        say(f"exported: {self.env.unwrapped.sim.export_mjcf(self.exported / 'scene.xml')[0]}")
         self.obs, _ = self.env.reset()
 
     def step(self) -> tuple[float, int]:

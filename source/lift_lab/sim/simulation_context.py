@@ -12,6 +12,7 @@ import re
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import mujoco
@@ -131,6 +132,7 @@ class SimulationContext(Stateless):
         self._scene: SceneLike | None = None
         self._physics: Physics | None = None
         self._num_envs = 0
+        self._initial_state: tuple[np.ndarray, np.ndarray] | None = None
         self._renderer: FrameRenderer | None = None
         self._view = RenderView()
         engine = engine_class(self.cfg.physics, self._device)
@@ -286,7 +288,30 @@ class SimulationContext(Stateless):
         num_envs, kind = self._scene.num_envs, self.cfg.physics
         self._physics = make_physics(model, num_envs, self._device, kind, **self._engine_options)
         self._scene.initialize()
+        qpos, qvel = (self._physics.field(name)[0].double().cpu().numpy().copy() for name in ("qpos", "qvel"))
+        self._initial_state = qpos, qvel
         self._physics.refresh()
+
+    def export_mjcf(self, path: str | Path) -> list[Path]:
+        """Write the scene of one environment as MJCF; see :func:`lift_lab.sim.mjcf.write_mjcf`.
+
+        The file has the scene as it was built. Events that change the model of single environments are not in it.
+
+        Args:
+            path: of the ``.xml`` file.
+
+        Returns:
+            The files, the MJCF first.
+
+        Raises:
+            PhysicsError: the simulation was not reset yet, or MuJoCo cannot write the scene as MJCF.
+            FileError: a file cannot be written.
+        """
+        if self._scene is None or self._initial_state is None:
+            raise PhysicsError("the simulation has not started: call sim.reset() after building the scene")
+        from .mjcf import write_mjcf
+
+        return write_mjcf(self._scene.spec, path, *self._initial_state)
 
     def step(self, render: bool = True) -> None:
         """Advance one physics step. ``render`` is Isaac Lab's; frames are drawn by :meth:`render` alone."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar, overload
 from weakref import WeakKeyDictionary
 
@@ -35,6 +35,7 @@ __all__ = [
 
 Term = TypeVar("Term", bound=Callable[..., Any])
 Hook = Callable[..., Any]
+_Hooks = Hook | list[Hook] | tuple[Hook, ...] | None
 
 
 class GenericActionIODescriptor:
@@ -142,14 +143,12 @@ def generic_io_descriptor(
     _func: GenericObservationIODescriptor | None = None,
     /,
     *,
-    on_inspect: Hook | Sequence[Hook] | None = None,
+    on_inspect: _Hooks = None,
     **description: Any,
 ) -> Callable[[Term], Term]: ...
 
 
-def generic_io_descriptor(
-    _func: Any = None, /, *, on_inspect: Hook | Sequence[Hook] | None = None, **description: Any
-) -> Any:
+def generic_io_descriptor(_func: Any = None, /, *, on_inspect: _Hooks = None, **description: Any) -> Any:
     """Describe an observation term. The term itself stays as it is.
 
     Isaac Lab's decorator also lets the term be called with ``inspect=True``; here the observation manager calls the
@@ -168,7 +167,7 @@ def generic_io_descriptor(
         fields = {key: value for key, value in description.items() if key in _FIELDS}
         descriptor = GenericObservationIODescriptor(**fields)
         descriptor.extras = descriptor.extras | extras
-    hooks = (on_inspect,) if callable(on_inspect) else tuple(on_inspect or ())
+    hooks = tuple(on_inspect or ()) if isinstance(on_inspect, (list, tuple)) else (on_inspect,) if on_inspect else ()
 
     def note(function: Term) -> Term:
         _NOTED[function] = _Noted(descriptor, hooks)
@@ -273,9 +272,11 @@ def formatted(
 def plain(value: Any) -> Any:
     """Numbers, texts, lists and dictionaries instead of tensors, tuples, configurations and functions."""
     if isinstance(value, torch.Tensor):
-        return value.detach().cpu().tolist()
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
+        return plain(value.detach().cpu().numpy())
+    if isinstance(value, np.ndarray):
+        return [plain(entry) for entry in value] if value.ndim else plain(value[()])
+    if isinstance(value, np.generic):  # in single precision 0.04, not 0.03999999910593033, which is the same number
+        return float(str(value)) if value.dtype == np.float32 else value.item()
     if isinstance(value, dict):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple, set, frozenset)):

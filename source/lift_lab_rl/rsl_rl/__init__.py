@@ -8,6 +8,7 @@ from .distillation_cfg import (
     RslRlDistillationStudentTeacherRecurrentCfg,
 )
 from .exporter import export_policy_as_jit, export_policy_as_onnx
+from .policy_metadata import policy_metadata
 from .ppo import LiftLabPPO
 from .rl_cfg import (
     RslRlBaseRunnerCfg,
@@ -38,5 +39,6 @@ __all__ = [
     "RslRlVecEnvWrapper",
     "export_policy_as_jit",
     "export_policy_as_onnx",
+    "policy_metadata",
     "to_rsl_rl",
 ]

@@ -8,10 +8,11 @@ from __future__ import annotations
 import contextlib
 import copy
 import io
+import json
 import logging
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +29,20 @@ TOLERANCE = 1e-4
 """Largest difference allowed between exported policy and policy, relative to the largest action (at least 1)."""
 
 
+JIT_METADATA = "metadata.json"
+"""Name of the metadata in a TorchScript file: ``torch.jit.load(path, _extra_files={"metadata.json": ""})``."""
+
+
 class ExportError(LiftLabError, RuntimeError):
     """An exported policy does not do what the policy does."""
 
 
 def export_policy_as_jit(
-    policy: MLPModel, normalizer: nn.Module | None, path: str | Path, filename: str = "policy.pt"
+    policy: MLPModel,
+    normalizer: nn.Module | None,
+    path: str | Path,
+    filename: str = "policy.pt",
+    metadata: Mapping[str, str] | None = None,
 ) -> Path:
     """Write a policy as TorchScript: ``policy(obs) -> actions`` with obs of shape (batch, num_obs).
 
@@ -42,6 +51,7 @@ def export_policy_as_jit(
         normalizer: what normalises observations; None for the policy's own.
         path: folder.
         filename: name of the file.
+        metadata: texts by key, such as :func:`policy_metadata` gives; they go into the file as ``metadata.json``.
 
     Returns:
         Path of the file.
@@ -51,9 +61,10 @@ def export_policy_as_jit(
     """
     target = _target(path, filename)
     model = _with_normalizer(policy.as_jit(), normalizer)
+    extra = {} if metadata is None else {JIT_METADATA: json.dumps(dict(metadata), indent=2)}
     with _quiet():
-        scripted = torch.jit.script(model)
-        _write(target, lambda temporary: scripted.save(str(temporary)))
+        scripted: Any = torch.jit.script(model)
+        _write(target, lambda temporary: scripted.save(str(temporary), _extra_files=extra))
         loaded = torch.jit.load(str(target))
     loaded.reset()
     check_export("TorchScript", policy, normalizer, loaded)
@@ -67,6 +78,7 @@ def export_policy_as_onnx(
     normalizer: nn.Module | None = None,
     filename: str = "policy.onnx",
     verbose: bool = False,
+    metadata: Mapping[str, str] | None = None,
 ) -> Path:
     """Write a policy as ONNX with input ``obs`` and output ``actions`` (recurrent: with their states beside them).
 
@@ -78,6 +90,7 @@ def export_policy_as_onnx(
         normalizer: what normalises observations; None for the policy's own.
         filename: name of the file.
         verbose: whether torch's exporter may report.
+        metadata: texts by key, such as :func:`policy_metadata` gives; they become the file's ``metadata_props``.
 
     Returns:
         Path of the file.
@@ -102,7 +115,7 @@ def export_policy_as_onnx(
                 external_data=False,
                 verbose=verbose,
             )
-        _drop_origins(temporary)
+        _finish_onnx(temporary, metadata or {})
 
     _write(target, write)
     from onnx.reference import ReferenceEvaluator
@@ -123,14 +136,16 @@ def export_policy_as_onnx(
     return target
 
 
-def _drop_origins(path: Path) -> None:
-    """Take out the lines of source code, with their folders on this machine, that torch notes at every node."""
+def _finish_onnx(path: Path, metadata: Mapping[str, str]) -> None:
+    """Put metadata into a file, and take out the lines of source code, with their folders on this machine, that torch
+    notes at every node."""
     import onnx
 
     model = onnx.load(str(path))
     graph = model.graph
     for part in (model, graph, *graph.node, *graph.input, *graph.output, *graph.value_info, *graph.initializer):
         part.ClearField("metadata_props")
+    onnx.helper.set_model_props(model, dict(metadata))
     onnx.save(model, str(path))
 
 

@@ -64,7 +64,8 @@ def write_pretrained(
         path = Path(temporary) / "policy.pt"
         save_torch(path, canonical(small))
         _check_same_actions(runner, checkpoint, path)
-        onnx = export_policy_as_onnx(runner.alg.get_policy(), temporary)
+        metadata = runner.policy_metadata(checkpoint)
+        onnx = export_policy_as_onnx(runner.alg.get_policy(), temporary, metadata=metadata)
         files = {"policy.pt": path.read_bytes(), "policy.onnx": onnx.read_bytes()}
     for name, data in files.items():
         if len(data) > MAX_BYTES:

@@ -36,6 +36,7 @@ from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .finite_guard import FiniteGuard
 from .gaussian import action_std
 from .model_file import load_infos, load_networks, model_content
+from .policy_metadata import policy_metadata
 from .ppo import LiftLabPPO
 from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
@@ -44,6 +45,7 @@ from .run_logger import RunLogger
 from .runner_checks import check_environment
 from .saving import CheckpointSaver
 from .time_outs import providing_final_obs
+from .vecenv_wrapper import RslRlVecEnvWrapper
 
 
 class LiftLabRunner:
@@ -357,11 +359,26 @@ class LiftLabRunner:
 
     def export_policy_to_jit(self, path: str, filename: str = "policy.pt") -> None:
         """Write the policy as TorchScript; :func:`~lift_lab_rl.rsl_rl.export_policy_as_jit`."""
-        export_policy_as_jit(self.alg.get_policy(), None, path, filename)
+        export_policy_as_jit(self.alg.get_policy(), None, path, filename, self.policy_metadata())
 
     def export_policy_to_onnx(self, path: str, filename: str = "policy.onnx", verbose: bool = False) -> None:
         """Write the policy as ONNX; :func:`~lift_lab_rl.rsl_rl.export_policy_as_onnx`."""
-        export_policy_as_onnx(self.alg.get_policy(), path, None, filename, verbose)
+        export_policy_as_onnx(self.alg.get_policy(), path, None, filename, verbose, self.policy_metadata())
+
+    def policy_metadata(self, checkpoint: str | Path | None = None) -> dict[str, str] | None:
+        """What a program that runs the exported policy has to know, see docs/deploy.md.
+
+        Args:
+            checkpoint: the file that the policy is from; None if it is from none.
+
+        Returns:
+            Texts by key; None where the environment is not manager-based.
+
+        Raises:
+            FileError: the checkpoint cannot be read.
+        """
+        env: Any = self.env
+        return policy_metadata(env, self.alg.get_policy(), checkpoint) if isinstance(env, RslRlVecEnvWrapper) else None
 
 
 def _with_processes(fingerprint: str | Fingerprint, place: distributed.Place) -> str | Fingerprint:

@@ -8,7 +8,7 @@ import torch
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.indexing import compact_index, fill_rows
-from lift_lab.utils.io_descriptors import GenericActionIODescriptor
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor, plain
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .joint_actions import clip_limits, clipped
@@ -95,9 +95,10 @@ class BinaryJointAction(StoredAction):
             for command in (self._open_command, self._close_command)
         )
         descriptor.extras |= {
-            "open_command": open_command.tolist(),
-            "close_command": close_command.tolist(),
+            "open_command": plain(open_command),
+            "close_command": plain(close_command),
             "closes_when": self._closes_when,
+            "min_close_time_s": self.cfg.min_close_time_s,
         }
         return descriptor
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import torch
 
 from lift_lab.utils.indexing import columns, compact_index, fill_rows
-from lift_lab.utils.io_descriptors import GenericActionIODescriptor
+from lift_lab.utils.io_descriptors import GenericActionIODescriptor, plain
 from lift_lab.utils.string import resolve_matching_names_values
 
 from .stored_action import StoredAction
@@ -60,7 +60,7 @@ def clipped(values: torch.Tensor, limits: torch.Tensor | None) -> torch.Tensor:
 
 def first_row(values: torch.Tensor | float | None) -> Any:
     """Numbers of the first environment as a list; a single number, or None, as it is."""
-    return values[0].tolist() if isinstance(values, torch.Tensor) else values
+    return plain(values[0]) if isinstance(values, torch.Tensor) else values
 
 
 class JointAction(StoredAction):

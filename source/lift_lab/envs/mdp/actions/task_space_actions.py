@@ -198,6 +198,7 @@ class OperationalSpaceControllerAction(StoredAction):
         cfg, descriptor = self.cfg, super().IO_descriptor
         descriptor.action_type = "TaskSpaceAction"
         descriptor.body_name, descriptor.joint_names = self._end_effector.body_name, self._end_effector.joint_names
+        descriptor.scale = self._scale
         descriptor.position_scale, descriptor.orientation_scale = cfg.position_scale, cfg.orientation_scale
         descriptor.wrench_scale, descriptor.stiffness_scale = cfg.wrench_scale, cfg.stiffness_scale
         descriptor.damping_ratio_scale = cfg.damping_ratio_scale
