@@ -86,7 +86,7 @@ def test_every_pretrained_policy_is_listed_with_the_success_of_its_card():
     assert shown.keys() == cards.keys()
     for task, card in cards.items():
         percents = [float(number) for number in re.findall(r"[\d.]+(?= (?:%|to|and))", shown[task])]
-        assert min(percents) <= round(100 * card["evaluation"]["success"]["1000"], 1) <= max(percents), task
+        assert min(percents) <= round(100 * card["evaluation"]["success_rate"]["1000"], 1) <= max(percents), task
 
 
 @pytest.mark.parametrize("page", ["concepts.md", "soft_objects.md"])
