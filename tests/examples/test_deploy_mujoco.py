@@ -65,7 +65,7 @@ def example():
 
 def test_it_succeeds_as_often_as_in_the_environment_without_torch_and_lift_lab(exported, example):
     card = json.loads((PRETRAINED_DIR / TASK / "card.json").read_text())
-    own = card["evaluation"]["success"]["1000"]
+    own = card["evaluation"]["success_rate"]["1000"]
     environ = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     command = [sys.executable, "-c", WITHOUT_US, str(EXAMPLE), str(exported), "--episodes", str(EPISODES)]
     done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=120, check=False)
@@ -96,6 +96,11 @@ def test_it_observes_and_moves_as_the_environment_does(lift, exported, example):
             np.testing.assert_allclose(policy(obs["policy"][0].numpy()), actions[0].numpy(), atol=1e-4)
             obs, *_ = env.step(actions)
             robot.step(actions[0].numpy().astype(float))
+
+
+def test_the_page_shows_the_script():
+    page = (EXAMPLE.parents[1] / "docs" / "deploy.md").read_text()
+    assert f"```python\n{EXAMPLE.read_text()}```\n" in page
 
 
 def test_it_names_what_it_does_not_know(exported, example):

@@ -67,7 +67,8 @@ def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(wheel):
     folders = {name.partition("/")[0] for name in names}
     assert {name for name in folders if not name.endswith(".dist-info")} == set(PACKAGES)
     assert {f"{package}/py.typed" for package in PACKAGES} <= names
-    for source, target in (("assets/usd", "lift_lab_assets/usd"), ("assets/pretrained", "lift_lab_assets/pretrained")):
+    for source in ("assets/usd", "assets/pretrained", "examples"):
+        target = f"lift_lab_assets/{Path(source).name}"
         files = [path.relative_to(ROOT / source).as_posix() for path in (ROOT / source).rglob("*") if path.is_file()]
         assert {f"{target}/{name}" for name in files} <= names
     assert {"LICENSE", "NOTICE"} <= {name.rpartition("/")[2] for name in names if ".dist-info/licenses/" in name}
