@@ -174,3 +174,19 @@ def test_drawn_and_colliding_meshes_come_along(imported, urdf):
     seen = np.count_nonzero((model.geom_contype == 0) & (model.geom_conaffinity == 0))
     assert seen >= len(urdf.findall("link/visual"))
     assert np.count_nonzero(model.geom_contype | model.geom_conaffinity) == len(urdf.findall("link/collision"))
+
+
+def test_the_arm_of_the_page_on_own_robots_is_fixed_and_keeps_its_limits(third_party, tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "own_robot.md"
+    text = page.read_text().split('```xml title="my_arm.urdf"\n')[1].split("```")[0]
+    (tmp_path / "my_arm.urdf").write_text(text)
+    environment = third_party.environment("urdf", CONVERTERS, ("numpy", "numpy.libs"))
+    task = [(str(tmp_path / "my_arm.urdf"), str(tmp_path / "my_arm"), [])]
+    (stage,) = environment.run(Path(__file__).with_name("usd_convert.py"), task, tmp_path)
+    assert Path(stage) == tmp_path / "my_arm" / "my_arm.usda"
+    spec, report = load(stage)
+    model = spec.compile()
+    assert (report.bodies, report.joints, model.nv, model.nu) == (["base", "upper", "hand"], ["joint1", "joint2"], 2, 0)
+    np.testing.assert_allclose(model.jnt_range, [[-1.5, 1.5], [-2.0, 2.0]], atol=1e-6)
+    np.testing.assert_allclose(model.jnt_actfrcrange, [[-60.0, 60.0], [-30.0, 30.0]], atol=1e-6)
+    assert model.body_mass.sum() == pytest.approx(2.0 + 1.5 + 0.8)

@@ -95,7 +95,8 @@ CAMERA_PRIMS = Unsupported(
 
 OTHER_FILES = Unsupported(
     "spawners",
-    "'{prim_path}': {kind} files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg",
+    "'{prim_path}': {kind} files are not loaded; convert '{cfg.asset_path}' to USD and use UsdFileCfg "
+    "(docs/own_robot.md)",
     {
         "sim.spawners.from_files": "*",
         "sim.spawners.from_files.from_files": "spawn_from_mjcf spawn_from_urdf",

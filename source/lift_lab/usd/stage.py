@@ -77,9 +77,16 @@ def note_diagnostics(delegate: UsdUtils.CoalescingDiagnosticDelegate, report: Im
         report.ignore(prim, "", f"usd-core: {' '.join(text.split())[:200]}", tuning=not physical)
 
 
+_OTHER_FORMATS = {".urdf": "URDF", ".xacro": "xacro", ".xml": "XML (MJCF)", ".mjcf": "MJCF", ".sdf": "SDF"}
+"""Other formats of robots, by the end of a file's name."""
+
+
 def _open_layer(path: Path) -> Sdf.Layer:
     if not path.is_file():
         raise UsdImportError(str(path), reason="no such file")
+    kind = _OTHER_FORMATS.get(path.suffix.lower())
+    if kind is not None:
+        raise UsdImportError(str(path), reason=f"{kind} is not read: convert the file to USD first (docs/own_robot.md)")
     try:
         layer = Sdf.Layer.FindOrOpen(str(path))
     except Tf.ErrorException as error:

@@ -81,6 +81,13 @@ def test_a_missing_file_is_an_error_that_names_it(tmp_path):
         load(tmp_path / "none.usda")
 
 
+@pytest.mark.parametrize(("name", "kind"), [("arm.urdf", "URDF"), ("arm.xml", r"XML \(MJCF\)")])
+def test_a_robot_in_another_format_is_answered_with_the_way_to_convert_it(tmp_path, name, kind):
+    (tmp_path / name).write_text("<robot/>")
+    with pytest.raises(UsdImportError, match=rf"{name}: {kind} is not read: convert the file to USD first"):
+        load(tmp_path / name)
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [("broken.usda", '#usda 1.0\ndef Xform "A" {{{'), ("text.txt", "hello"), ("empty.usdc", ""), ("fake.usdz", "PK")],
