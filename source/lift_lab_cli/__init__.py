@@ -1,5 +1,5 @@
 """The programs of the console command ``lift-lab``. The files in ``scripts/`` run the same programs.
 
-Importing this package and its modules is cheap: torch, the tasks and the learning libraries are imported when a program
-runs, so that ``--help`` answers at once.
+Importing this package and its modules is fast, so ``--help`` answers at once. Torch, the tasks and the learning
+libraries are imported when a program runs.
 """

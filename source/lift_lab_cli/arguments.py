@@ -19,14 +19,15 @@ COMMON_SETTINGS = {
     "device": ("env.sim.device", "agent.device"),
     "num_threads": ("env.sim.num_threads", "agent.num_threads"),
 }
-"""What the flags of every program set, where a configuration has it."""
+"""Fields of the configuration that the flags of every program set."""
 
 VIDEO_SETTINGS = {
     "video_envs": ("env.viewer.num_envs",),
     "video_camera": ("env.viewer.cam_prim_path",),
     "video_rewards": ("env.viewer.show_rewards",),
 }
-"""What the flags set that say what a video shows. Everything else of the camera is an override of ``env.viewer``."""
+"""Fields that the flags for the contents of a video set. Other settings of the camera are overrides of
+``env.viewer``."""
 
 VIDEO_LENGTH, VIDEO_INTERVAL = 200, 2000
 """Steps in a video of a training, and between the starts of two."""

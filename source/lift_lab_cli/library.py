@@ -1,4 +1,4 @@
-"""What ``train`` and ``play`` need of a learning library: a new library is one subclass of :class:`Library`.
+"""Interface of a learning library for ``train`` and ``play``: a new library is one subclass of :class:`Library`.
 
 The programs do what all libraries share: flags, settings, seed, run folder, films, the files in ``params``, signals and
 closing lines.
@@ -42,7 +42,7 @@ class Run:
     folder: Path
     """Folder of the run."""
     checkpoint: Path | None
-    """What :meth:`Library.find_start` returned."""
+    """Result of :meth:`Library.find_start`."""
     fingerprint: Any
     """Everything in the settings that a result depends on."""
     place: Place
@@ -99,9 +99,9 @@ class Library(abc.ABC):
     package: ClassVar[str]
     """Python package that it needs."""
     training_help: ClassVar[str]
-    """What ``train`` does, in a sentence."""
+    """Description of ``train`` in one sentence."""
     playing_help: ClassVar[str]
-    """What ``play`` does, in a sentence."""
+    """Description of ``play`` in one sentence."""
     flag_settings: ClassVar[dict[str, tuple[str, ...]]] = {}
     """Entries of the agent's configuration that flags set, by the flag's name without dashes."""
     final_model: ClassVar[tuple[str, str]]
@@ -238,7 +238,7 @@ class Library(abc.ABC):
         return find_model(folder, args.checkpoint, args.load_run, *patterns, folder=self.models_folder)
 
     def output_folder(self, settings: Settings, checkpoint: Path) -> Path:
-        """Where what belongs to a checkpoint is written: the run's folder."""
+        """Return the folder for files that belong to a checkpoint: the run's folder."""
         return checkpoint.parents[1] if self.models_folder else checkpoint.parent
 
     @abc.abstractmethod

@@ -16,7 +16,7 @@ class Command(NamedTuple):
     module: str
     """Module of this package with its function ``main``."""
     help: str
-    """What it does, in one line."""
+    """Description in one line."""
 
 
 COMMANDS = {

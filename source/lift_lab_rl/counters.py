@@ -12,7 +12,7 @@ def manager_env(env: Any) -> Any:
 
 
 def counters(env: Any) -> dict[str, Any]:
-    """How far a curriculum has come, small enough for every checkpoint: steps, and the weights that it has changed."""
+    """Progress of a curriculum, small enough for every checkpoint: steps, and the weights that it has changed."""
     if env is None:
         return {}
     found: dict[str, Any] = {"common_step_counter": int(env.common_step_counter)}
@@ -35,8 +35,8 @@ def _configured(env: Any) -> dict[str, float]:
 def load_counters(env: Any, saved: dict[str, Any]) -> None:
     """Continue a curriculum.
 
-    A weight is that of the checkpoint where this environment's curriculum manager says that it may change it. One that
-    the user configured anew since then is left alone.
+    The checkpoint's weights are used for terms that this environment's curriculum may change. A weight that the user
+    has changed in the configuration since then stays.
     """
     if "common_step_counter" in saved:
         env.common_step_counter = saved["common_step_counter"]

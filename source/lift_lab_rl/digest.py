@@ -36,8 +36,8 @@ def add_digest(archive: bytes) -> bytes:
 def damage(data: bytes) -> str | None:
     """Say what is wrong with the bytes of a torch file.
 
-    A file without a digest, as older versions and other programs write it, is checked by the checksums of a zip
-    archive, which do not cover the archive's own tables. A file that is no zip archive is not checked.
+    Older versions and other programs write files without a digest. These are checked by the checksums of a zip archive,
+    which do not cover the archive's own tables. A file that is no zip archive is not checked.
 
     Args:
         data: the whole file.

@@ -57,7 +57,7 @@ class Place:
         return self.world_size > 1
 
     def multi_gpu_cfg(self) -> dict[str, int] | None:
-        """What rsl_rl's algorithms have to know of the other processes; None without others."""
+        """Settings of the other processes for rsl_rl's algorithms; None without others."""
         if not self.is_distributed:
             return None
         return {"global_rank": self.rank, "local_rank": self.local_rank, "world_size": self.world_size}

@@ -1,12 +1,12 @@
-"""How good is a policy: whole episodes from the task's own reset distribution, counted without favour.
+"""Evaluation of a policy over whole episodes from the task's reset distribution, without bias.
 
-Every environment runs the same number of whole episodes, and they are counted in a fixed order (all first episodes by
-environment, then all second ones). Taking the first episodes to *finish* instead would favour short ones.
+Every environment runs the same number of whole episodes. They are counted in a fixed order: all first episodes by
+environment, then all second ones. Counting the first episodes to *finish* would favour short ones.
 
-What counts as success is the task's: it is registered with ``"success": "module:function"`` or
-``"success": {"func": "module:function", "params": {...}}`` where ``function(env, **params)`` tells it for the state
-just reached, shape (num_envs,); or it has a termination term or a metrics term called ``success``. It is looked at
-after every step of an episode, the last included, before the environment is reset.
+A task defines its success. It is registered with ``"success": "module:function"`` or ``"success": {"func":
+"module:function", "params": {...}}``. ``function(env, **params)`` returns the success of the state just reached, shape
+(num_envs,). Otherwise the task has a termination term or a metrics term called ``success``. Success is read after every
+step of an episode, the last included, before the environment is reset.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def read_whole(path: str | Path) -> bytes:
 
 
 def parse_states(data: bytes, name: str, trust: bool = False, map_location: Any = "cpu") -> Any:
-    """What :func:`read_states` returns, of the bytes of a file.
+    """Return the same as :func:`read_states`, from the bytes of a file.
 
     Args:
         data: the bytes.

@@ -117,7 +117,8 @@ def extremes_of(values: torch.Tensor) -> torch.Tensor:
 
 
 def sentence(terms: list[str], values: torch.Tensor, bad: torch.Tensor) -> str:
-    """Which terms are not finite and in which environments; ``bad`` marks them in ``values``, (num_envs, ...)."""
+    """Return the terms that are not finite, with their environments; ``bad`` marks them in ``values``, (num_envs,
+    ...)."""
     envs = bad.reshape(len(bad), -1).any(1).nonzero().flatten().tolist()
     where = f"environment {envs[0]}" if len(envs) == 1 else f"{len(envs)} environments (the first is {envs[0]})"
     return f"{listed(terms)} is {kind_of(values[bad])} in {where}"

@@ -219,7 +219,7 @@ PERTURBATIONS: dict[str, Callable[[Any, float, str], None]] = {
     "pose": _perturb_pose,
     "delay": _perturb_delay,
 }
-"""What can be perturbed, by name."""
+"""Perturbations by name."""
 
 STANDARD = (
     *("mass=0.5", "mass=2.0", "friction=0.5", "friction=0.75", "friction=1.25", "friction=1.5"),

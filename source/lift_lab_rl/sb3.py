@@ -88,8 +88,8 @@ class Sb3VecEnvWrapper(VecEnv):
     """Wraps a :class:`~lift_lab.envs.ManagerBasedRLEnv` for Stable-Baselines3 (Isaac Lab's ``Sb3VecEnvWrapper``).
 
     Observations are the group ``policy``, as numpy arrays; a group that keeps its terms apart is a dict, for
-    ``MultiInputPolicy``. Better than Isaac Lab's: ``terminal_observation`` is the last observation of the episode that
-    ended, not the first of the next; a finite horizon is not bootstrapped.
+    ``MultiInputPolicy``. Unlike in Isaac Lab's wrapper, ``terminal_observation`` is the last observation of the episode
+    that ended, and a finite horizon is not bootstrapped.
     """
 
     def __init__(self, env: gym.Env, fast_variant: bool = True):

@@ -49,14 +49,14 @@ def build(
             wrote statistics. This runs code that is in them.
 
     Returns:
-        The agent, the environment (inside VecNormalize if the configuration asks for it), and how many samples the
-        configuration trains for.
+        The agent, the environment (inside VecNormalize if the configuration asks for it), and the configuration's
+        number of samples.
 
     Raises:
-        FileError: a file of the checkpoint is damaged or not trusted, or observations are to be normalised, and the
-            checkpoint's statistics are not there.
-        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know;
-            the checkpoint is of another library or of another agent.
+        FileError: a file of the checkpoint is damaged or not trusted, or the statistics for normalised observations are
+            missing.
+        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know.
+            Also a checkpoint of another library or another agent.
     """
     if not training:  # whatever the number of environments, there is nothing to cut into parts
         cfg = {name: value for name, value in cfg.items() if name != "batch_size"} | {"n_minibatches": 1}
@@ -187,7 +187,8 @@ def _statistics(numbers: dict[str, Any]) -> RunningMeanStd:
 
 
 def statistics_path(model: Path) -> Path:
-    """Where a model's observation statistics are: ``model_vecnormalize_8_steps.pt`` for ``model_8_steps.zip``."""
+    """Return the file of a model's observation statistics: ``model_vecnormalize_8_steps.pt`` for
+    ``model_8_steps.zip``."""
     return model.with_name(model.name.replace("model", "model_vecnormalize", 1)).with_suffix(".pt")
 
 

@@ -29,9 +29,11 @@ if TYPE_CHECKING:
 class SkrlVecEnvWrapper(IsaacLabWrapper):
     """Wraps a :class:`~lift_lab.envs.ManagerBasedRLEnv` for skrl (Isaac Lab's ``SkrlVecEnvWrapper``).
 
-    Observations are the group ``policy``; states, for an asymmetric critic, the group ``critic`` where there is one.
-    Unlike skrl's own wrapper: the environment's random numbers follow the environment's seed (not 0); a finite
-    horizon counts as termination, so that it is not bootstrapped; rewards are a copy, which agents may change.
+    Observations are the group ``policy``. States, for an asymmetric critic, are the group ``critic`` where there is
+    one.
+
+    Unlike in skrl's own wrapper, the environment's random numbers follow the environment's seed (not 0). A finite
+    horizon counts as termination, so it is not bootstrapped. Rewards are a copy, which agents may change.
 
     Agents of skrl's trainers get the last observation of an episode that ended as its next observation. skrl's own
     wrapper gives them the first observation of the next episode. An agent with ``time_limit_bootstrap: false`` takes a
@@ -39,8 +41,8 @@ class SkrlVecEnvWrapper(IsaacLabWrapper):
 
     Attributes:
         final_observations: observations and states (None without a group ``critic``) of all environments before the
-            resets of the last step; only the rows of environments whose episode ended mean anything. None where no
-            episode ended, or no trainer has asked for them.
+            resets of the last step. Only the rows of environments whose episode ended are valid. None where no episode
+            ended, or no trainer has asked for them.
     """
 
     final_observations: tuple[torch.Tensor, torch.Tensor | None] | None = None

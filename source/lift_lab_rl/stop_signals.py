@@ -1,7 +1,7 @@
 """Ctrl-C, SIGTERM and a lost terminal while training: the first ends the run after the running iteration.
 
-A second Ctrl-C or SIGTERM ends it at once. SIGHUP, which also stands for output that cannot be written, never does: a
-terminal that is closed may send it several times, and nobody is there to be impatient.
+A second Ctrl-C or SIGTERM ends it at once. A second SIGHUP does not: a terminal that is closed may send it several
+times. SIGHUP also stands for output that cannot be written.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Threads of the learner on the CPU. Their number never changes a result.
 
-Torch's own thread pool is held to one thread. It changes sums and matrix products in the last bit with the number
-of threads, and its spinning barriers cost a multiple of what they save when the physics pool wants the same cores.
-Work that deserves several cores is cut into parts of a fixed size instead. Threads take the parts in any order, and
-results are combined in the order of the parts. One thread or twenty give the same bits.
+Torch's own thread pool is limited to one thread. Its sums and matrix products change in the last bit with the number of
+threads. Its spinning barriers also cost more than they save when the physics pool needs the same cores. Work for
+several cores is divided into parts of a fixed size instead. Threads take the parts in any order, and results are
+combined in the order of the parts. One thread or twenty give the same bits.
 """
 
 from __future__ import annotations

@@ -141,6 +141,12 @@ def test_every_page_meets_the_goals(name):
         assert page.wrong == []
 
 
+def test_public_docstrings_meet_the_goals():
+    pages = docs_check.check_docstrings()
+    assert len(pages) > 30
+    assert [reason for page in pages for reason in page.wrong] == []
+
+
 def test_the_command_prints_a_line_for_each_page_and_the_worst_sentences():
     command = [sys.executable, str(SCRIPTS / "docs_check.py"), "docs/index.md", "--worst", "2"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)

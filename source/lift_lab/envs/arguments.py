@@ -1,4 +1,4 @@
-"""What environments take besides their own types: no configuration, and actions that are no tensors."""
+"""Conversion of arguments of environments: no configuration, and actions that are no tensors."""
 
 from __future__ import annotations
 

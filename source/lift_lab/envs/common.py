@@ -18,11 +18,11 @@ __all__ = [
 
 @configclass
 class ViewerCfg(ConfigBase):
-    """Where the camera of rendered frames stands.
+    """Camera of rendered frames.
 
-    With :attr:`eye` and :attr:`lookat` at their defaults (Isaac Lab's), the camera frames the robots and objects of the
-    environments in the frame as they stand in the first frame. It moves on with a robot whose base is free. Any other
-    value is used as it is.
+    If :attr:`eye` and :attr:`lookat` have their defaults (Isaac Lab's), the camera shows all robots and objects of the
+    chosen environments, placed once at the first frame. It follows a robot whose base is free. Any other value is used
+    as it is.
     """
 
     eye: tuple[float, float, float] = (7.5, 7.5, 7.5)
@@ -30,13 +30,13 @@ class ViewerCfg(ConfigBase):
     lookat: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Point that it looks at in m."""
     cam_prim_path: str = "/OmniverseKit_Persp"
-    """The camera: Isaac Lab's free one, placed by :attr:`eye` and :attr:`lookat`, or one of the scene's, found by the
-    last part of the path and seen in the environment :attr:`env_index`."""
+    """Prim path of the camera. Isaac Lab's free camera is placed by :attr:`eye` and :attr:`lookat`. A camera of the
+    scene is found by the last part of the path, in the environment :attr:`env_index`."""
     resolution: tuple[int, int] = (1280, 720)
     """Width and height of a frame in pixels."""
     origin_type: Literal["world", "env", "asset_root", "asset_body"] = "world"
-    """What :attr:`eye` and :attr:`lookat` are relative to: the origin of the environment :attr:`env_index` (``world``,
-    ``env``), the root of an asset, or one of its bodies."""
+    """Origin of :attr:`eye` and :attr:`lookat`: the origin of the environment :attr:`env_index` (``world``, ``env``),
+    the root of an asset, or one of its bodies."""
     env_index: int = 0
     """The environment that is drawn, in the middle of others if :attr:`num_envs` is more than 1."""
     num_envs: int = 1

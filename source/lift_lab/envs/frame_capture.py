@@ -35,7 +35,7 @@ class Frame:
     """The state at one moment, still on the environment's device: nothing waits for it."""
 
     qpos: torch.Tensor
-    """Of the environments in the frame, shape (n, nq)."""
+    """Joint positions of the environments in the frame, shape (n, nq)."""
     mocap_pos: torch.Tensor
     """Shape (n, nmocap, 3)."""
     mocap_quat: torch.Tensor

@@ -25,8 +25,8 @@ def in_any_grad_mode(
 ) -> Callable[Concatenate[_Env, _Args], _Result]:
     """Let a method of an environment be called in and out of inference mode.
 
-    Once it has been called inside, calls from outside go through inference mode, too; their tensors come back as copies
-    that gradients may be computed with.
+    Once it has been called inside, calls from outside also run in inference mode. They return copies with which
+    gradients may be computed.
     """
 
     @functools.wraps(method)

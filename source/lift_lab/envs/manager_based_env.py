@@ -66,15 +66,15 @@ class ManagerBasedEnv(Stateful):
     scene: InteractiveScene
     """The scene."""
     extras: dict[str, Any]
-    """What is returned besides observations; ``extras["log"]`` is what the last resets logged."""
+    """Values that are returned besides observations; ``extras["log"]`` is the log of the last resets."""
     obs_buf: VecEnvObs
     """The last observations."""
     step_cache: dict[Any, Any] | None
-    """What :func:`~lift_lab.utils.step_cache.once_a_step` functions returned while nothing moves, else None."""
+    """Results of :func:`~lift_lab.utils.step_cache.once_a_step` functions while nothing moves, else None."""
     prefetched: dict[Any, torch.Tensor]
     """Ids of environments that the host read with the question which episodes ended; see ``ManagerBase.masks``."""
     changed_settings: ChangedSettings
-    """What terms have changed in the configurations since construction."""
+    """Changes that terms made to the configurations since construction."""
     event_modes: ClassVar[tuple[str, ...] | None] = ("prestartup", "startup", "reset", "interval")
     """Modes of events that this environment applies; an event of another mode is an error. A sub-class that applies
     modes of its own lists them here, or None for any."""
@@ -179,7 +179,7 @@ class ManagerBasedEnv(Stateful):
 
     @property
     def get_IO_descriptors(self) -> dict[str, Any]:
-        """What a policy reads and drives, as plain data with Isaac Lab's keys.
+        """Inputs and outputs of a policy as plain data, with Isaac Lab's keys.
 
         ``observations`` (the terms of the group "policy"), ``actions``, ``articulations`` (joint names and default
         values) and ``scene`` (steps). A property with a verb in its name, as in Isaac Lab.

@@ -184,10 +184,9 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
     def step(self, action: torch.Tensor | np.ndarray | Sequence[Any]) -> VecEnvStepReturn:  # type: ignore[override]
         """Advance by one environment step and reset the environments whose episode ended.
 
-        The order makes rewards and terminations read the kinematics of the state just reached, and the observations
-        of environments that were reset read their new state. Rewards come after terminations, which they may read,
-        and before resets, which would wipe what they read; metrics come with them. Commands come after resets, so
-        that a new episode's command is current in its first observation.
+        Rewards and terminations read the kinematics of the state just reached. The observations of environments that
+        were reset read their new state. Rewards and metrics come after terminations, which they may read, and before
+        resets. Commands come after resets, so a new episode's command is current in its first observation.
 
         Args:
             action: shape (num_envs, action_dim).
@@ -245,7 +244,7 @@ class ManagerBasedRLEnv(ManagerBasedEnv, gym.Env):
         """Draw the current state from the camera of ``cfg.viewer``.
 
         Args:
-            recompute: Isaac Lab's; every frame is drawn anew.
+            recompute: Isaac Lab's argument. It has no effect, since every call draws a new frame.
 
         Returns:
             RGB image, shape (height, width, 3), uint8; None when ``render_mode`` is None.

@@ -19,8 +19,8 @@ class ManagerBasedRLEnvCfg(ManagerBasedEnvCfg):
     """Config of :class:`ManagerBasedRLEnv`."""
 
     is_finite_horizon: bool = False
-    """Whether running out of time is the end of the task. If so, the learner is not told of time-outs and does not
-    bootstrap the value of the state that they cut short. Read by the learner's wrapper."""
+    """Whether the time limit is the end of the task. If so, the learner's wrapper does not report time-outs, and the
+    learner does not bootstrap the value of the last state."""
     episode_length_s: float = MISSING
     """Length of an episode in s; it takes ceil(length / (decimation * sim.dt)) steps."""
     rewards: Annotated[Any, object] = MISSING

@@ -81,7 +81,7 @@ def load_env_state(env: ManagerBasedEnv, state: Any) -> None:
 
 
 class ChangedSettings:
-    """What has been changed in configurations while the environment ran, by curricula above all.
+    """Changes of configurations while the environment ran, mostly by curricula.
 
     Only those values are state: all others are as configured.
     """

@@ -25,10 +25,10 @@ __all__ = [
 
 
 class ManagerBasedRLVectorEnv(VectorEnv):
-    """Steps a :class:`ManagerBasedRLEnv` with numpy arrays.
+    """Gymnasium's vector interface of a :class:`ManagerBasedRLEnv`, with numpy arrays.
 
-    Episodes that end are reset within the step that ends them; ``infos["final_obs"]`` then holds each one's last
-    observation, and ``infos["log"]`` what the resets logged, both with gymnasium's masks (``_final_obs``, ``_log``).
+    Episodes that end are reset within the step that ends them. Then ``infos["final_obs"]`` holds their last
+    observations, and ``infos["log"]`` the log of the resets. Both have gymnasium's masks (``_final_obs``, ``_log``).
     """
 
     def __init__(

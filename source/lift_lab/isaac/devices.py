@@ -45,7 +45,7 @@ class DeviceBase(Refused):
     missing = DEVICES
 
     class TrackingTarget(Enum):
-        """What a tracking device follows."""
+        """Target that a tracking device follows."""
 
         HAND_LEFT = 0
         HAND_RIGHT = 1
@@ -92,7 +92,7 @@ class DeviceCfg(ConfigBase):
     sim_device: str = "cpu"
     """Torch device of the commands."""
     retargeters: list[RetargeterCfg] | None = []
-    """What turns the device's data into robot commands."""
+    """Converter from the device's data to robot commands."""
 
 
 @configclass
@@ -193,7 +193,7 @@ class Se3SpaceMouseCfg(DeviceCfg):
 
 
 class XrAnchorRotationMode(Enum):
-    """How the anchor turns with the prim that it follows."""
+    """Rotation of the anchor with the prim that it follows."""
 
     FIXED = "fixed"
     FOLLOW_PRIM = "follow_prim"
@@ -203,7 +203,7 @@ class XrAnchorRotationMode(Enum):
 
 @configclass
 class XrCfg(ConfigBase):
-    """Where a headset's world is anchored in the scene."""
+    """Anchor of a headset's world in the scene."""
 
     anchor_pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Position in m."""

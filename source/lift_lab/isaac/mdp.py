@@ -83,9 +83,9 @@ class SurfaceGripperBinaryActionCfg(ActionTermCfg):
 
     class_type: type = SurfaceGripperBinaryAction
     open_command: float = -1.0
-    """What opens the gripper."""
+    """Command that opens the gripper."""
     close_command: float = 1.0
-    """What closes it."""
+    """Command that closes it."""
 
     _ranges: ClassVar[Ranges] = {"open_command close_command": FINITE}
 

@@ -32,7 +32,7 @@ def not_generated(difficulty: float, cfg: Any) -> NoReturn:
 
 @configclass
 class FlatPatchSamplingCfg(ConfigBase):
-    """Where flat places are looked for."""
+    """Search for flat places."""
 
     num_patches: int = MISSING
     patch_radius: float | list[float] = MISSING
@@ -319,7 +319,7 @@ class MeshRepeatedObjectsTerrainCfg(SubTerrainBaseCfg):
 
     @configclass
     class ObjectCfg:
-        """How many objects, how high."""
+        """Number and height of objects."""
 
         num_objects: int = MISSING
         height: float = MISSING

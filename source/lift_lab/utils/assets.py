@@ -1,4 +1,4 @@
-"""Where USD files are found: local ones, and those that asset packages register for names and Isaac Lab's paths."""
+"""Lookup of USD files: local ones, and those that asset packages register for names and Isaac Lab's paths."""
 
 from __future__ import annotations
 

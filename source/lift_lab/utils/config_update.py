@@ -26,7 +26,7 @@ from .errors import ConfigError, UnknownFieldError, suggest
 from .string import is_function_like, is_lambda_expression, string_to_callable, string_to_slice
 
 MISSING_TEXT = "???"
-"""How ``MISSING`` is written in a dictionary (as OmegaConf writes it)."""
+"""Text of ``MISSING`` in a dictionary (as OmegaConf writes it)."""
 
 _REAL = (int, float, np.integer, np.floating)
 _NO = object()  # "does not fit"
@@ -35,10 +35,10 @@ _NO = object()  # "does not fit"
 def update_class_from_dict(obj: Any, data: Mapping[str, Any], _ns: str = "") -> None:
     """Set values of a configuration in place from a nested dictionary.
 
-    An int is taken for a float, ``"module:name"`` for a callable, a list for a tuple, ``"slice(a,b,c)"`` for a slice,
-    ``"???"`` for ``MISSING``, and anything for a None whose annotation is more than plain types. A list replaces a
-    list; one that holds dictionaries updates the configurations of a list of the same length. Keys may be added to an
-    empty dictionary only.
+    Values are converted: an int to a float, ``"module:name"`` to a callable, a list to a tuple, ``"slice(a,b,c)"`` to a
+    slice, ``"???"`` to ``MISSING``. A None whose annotation is more than plain types takes any value. A list replaces a
+    list. A list of dictionaries updates a list of as many configurations. Keys may be added to an empty dictionary
+    only.
 
     Args:
         obj: a configuration or a dictionary.

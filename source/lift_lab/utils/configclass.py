@@ -1,9 +1,8 @@
 """The ``@configclass`` decorator: a dataclass that takes plain defaults.
 
-A field is every annotated name and every unannotated value of the class body, in the order of the body. What a
-dataclass would refuse or share is made safe: a mutable default is deep-copied for each instance, and so is every
-value that is passed in or that ``__post_init__`` assigns. ``MISSING`` marks what a user has to set; ``validate``
-finds it.
+Every annotated name and every unannotated value of the class body is a field, in the order of the body. A mutable
+default is deep-copied for each instance. So is every value that is passed in or that ``__post_init__`` assigns.
+``MISSING`` marks fields that a user has to set; ``validate`` finds them.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from .ranges import first_problem
 from .string import is_function_like
 
 MISSING: Any = dataclasses.MISSING
-"""What a user has to set: the object of :mod:`dataclasses`, for a type checker of any type."""
+"""Mark of a field that a user has to set: the object of :mod:`dataclasses`, with any type for a type checker."""
 
 _T = TypeVar("_T")
 _IMMUTABLE = (int, float, complex, bool, str, bytes, type(None), type)
@@ -61,9 +60,9 @@ def configclass(cls: type | None = None, /, **kwargs: Any) -> Any:
             viewer: ViewerCfg = ViewerCfg()
             func = my_module.my_function     # a field; a function defined in the body is a method
 
-    Classes defined in the body are not fields, a class assigned to another name (``class_type = Foo``) is. The class
-    gains ``to_dict``, ``from_dict``, ``copy``, ``replace`` and ``validate`` where it does not define them, and a
-    ``__post_init__`` that a sub-class may always call through ``super()``.
+    A class defined in the body is not a field. A class assigned to another name (``class_type = Foo``) is one. The
+    class gets ``to_dict``, ``from_dict``, ``copy``, ``replace`` and ``validate`` where it does not define them. It also
+    gets a ``__post_init__`` that a sub-class may always call through ``super()``.
 
     Args:
         cls: the class.
@@ -137,7 +136,7 @@ def validate(self: Any, prefix: str = "") -> list[str]:
     Raises:
         TypeError: lists the path of every ``MISSING`` entry, one a line.
         ConfigError: a number is NaN or outside of its field's range (:mod:`lift_lab.utils.ranges`), or a field that
-            needs a value is None; names its path and what it may be.
+            needs a value is None. The error names the path and the allowed values.
     """
     missing = _missing_paths(self, prefix)
     if missing:

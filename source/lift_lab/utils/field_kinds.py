@@ -32,10 +32,10 @@ def _options(cls: type, name: str) -> tuple[tuple[Any, ...], bool]:
 
 
 def kind_problem(cls: type, name: str, path: str, value: Any) -> str | None:
-    """What is wrong with the kind of a field's value, in one line; None if nothing is or nothing is known.
+    """Describe in one line what is wrong with the kind of a field's value; None if nothing is or nothing is known.
 
-    Only what cannot be meant is a problem: a number, text or a list in place of a configuration or a dictionary, a
-    number in place of a list, and what cannot be called in place of a class or a function.
+    Only clear mistakes are problems. Examples are a number or text in place of a configuration, a number in place of a
+    list, and a value that cannot be called in place of a function.
 
     Args:
         cls: class of the configuration.

@@ -49,7 +49,7 @@ def block(values: torch.Tensor, env_ids: EnvIds, ids: Index = _ALL) -> torch.Ten
 
 
 def num_rows(env_ids: EnvIds, num_envs: int) -> int:
-    """How many environments ``env_ids`` names."""
+    """Return the number of environments that ``env_ids`` names."""
     if env_ids is None:
         return num_envs
     return len(range(*env_ids.indices(num_envs))) if isinstance(env_ids, slice) else len(env_ids)
@@ -87,7 +87,7 @@ def fill_rows(buffer: torch.Tensor, env_ids: EnvIds, value: float | bool, dim: i
 
 
 def where_true(masks: Sequence[torch.Tensor]) -> list[torch.Tensor]:
-    """Where each mask is true. The host waits for the device once, not once a mask.
+    """Return the indices where each mask is true. The host waits for the device once, not once per mask.
 
     Args:
         masks: bool tensors of one shape (n,) on one device.

@@ -34,7 +34,7 @@ _NUMBERS = (int, float, np.integer, np.floating)
 
 @dataclass(frozen=True)
 class Range:
-    """Which numbers a field takes; of a list, tuple or dictionary, which each entry may be."""
+    """Range of the numbers that a field takes, and of each entry of a list, tuple or dictionary."""
 
     low: float = -math.inf
     """Least number."""
@@ -58,12 +58,12 @@ class Range:
     """Numbers outside of the range that are taken, too."""
 
     def problem(self, path: str, value: Any) -> str | None:
-        """What is wrong with a value, in one line; None if nothing is.
+        """Describe in one line what is wrong with a value; None if nothing is.
 
         Args:
             path: name of the field.
-            value: a number, or a list, tuple, dictionary or tensor of numbers. Text is none; anything else is not
-                looked at.
+            value: a number, or a list, tuple, dictionary or tensor of numbers. Text is not a number. Values of other
+                types are not checked.
         """
         if isinstance(value, (str, bool)):
             return f"{path} is {value!r}; it must be {self}"
@@ -139,7 +139,7 @@ class Choices:
     """Gives the names."""
 
     def problem(self, path: str, value: Any) -> str | None:
-        """What is wrong with a value, in one line; None if nothing is."""
+        """Describe in one line what is wrong with a value; None if nothing is."""
         return None if value is None or value in self.names() else f"{path} is {value!r}; it must be {self}"
 
     def __str__(self) -> str:

@@ -1,10 +1,10 @@
-"""What an object says about its saved state.
+"""Saved state of objects: which attributes belong to it.
 
 A training saves the state of its environment, so that it can be continued exactly: see
 :meth:`lift_lab.envs.ManagerBasedEnv.state_dict`. By default the state of an object is every attribute: tensors, arrays,
-numbers, text, generators of random numbers, containers of these, and the same of objects that it holds. Configurations,
-functions and what belongs to the engine are no state. A class that wants it otherwise derives from :class:`Stateful`
-or has the two methods ``state_dict`` and ``load_state_dict``, as torch's modules and optimizers have.
+numbers, text, generators of random numbers and containers of these. The same holds for objects that it refers to.
+Configurations, functions and objects of the engine are no state. To change this, derive from :class:`Stateful`, or
+define ``state_dict`` and ``load_state_dict`` as torch's modules do.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Stateful:
         return attributes
 
     def state_parts(self) -> dict[str, Any]:
-        """What the state is made of: values by the name under which they are saved.
+        """Return the values of the state by the name under which they are saved.
 
-        The attributes, unless a class adds objects that it does not hold as attributes of its own.
+        These are the attributes. A class may add objects that are not among its attributes.
         """
         left_out = unsaved_attributes(type(self))
         return {name: value for name, value in attributes_of(self).items() if name not in left_out}

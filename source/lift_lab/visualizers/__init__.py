@@ -1,4 +1,4 @@
-"""What a browser shows: a viser server on this machine, the bodies of every environment, markers, frames, contacts.
+"""Scene in a browser: a viser server on this machine, the bodies of every environment, markers, frames, contacts.
 
 Importing this package loads neither viser nor trimesh; opening a server does.
 """

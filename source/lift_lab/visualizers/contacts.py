@@ -17,7 +17,7 @@ class Contact:
     other_id: int
     """Body that exerts it. Where one of the two cannot move, it is this one."""
     position: np.ndarray
-    """Where they touch in m, without the environment's origin, shape (3,)."""
+    """Contact point in m, without the environment's origin, shape (3,)."""
     force: np.ndarray
     """Normal force and friction together, in the world frame in N, shape (3,)."""
 

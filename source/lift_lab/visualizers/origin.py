@@ -1,6 +1,6 @@
-"""Which pages may talk to the viewer's server: those that the server itself has sent.
+"""Check of the pages that may connect to the viewer's server: only those that the server itself has sent.
 
-A page of any site that is open in the same browser can open a websocket to 127.0.0.1; the browser only adds the name of
+A page of any site that is open in the same browser can open a websocket to 127.0.0.1. The browser only adds the name of
 the site in ``Origin``. A site may also point its own name at 127.0.0.1 (DNS rebinding), so ``Host`` is checked too.
 """
 
@@ -27,7 +27,7 @@ class ViewerError(LiftLabError, RuntimeError):
 
 
 def refusal(host: str | None, origin: str | None, is_websocket: bool) -> str | None:
-    """Why a request is refused; None if it is not.
+    """Return the reason why a request is refused; None if it is not.
 
     Args:
         host: the header ``Host``: where the browser believes the server is.

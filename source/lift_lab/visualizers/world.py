@@ -27,7 +27,7 @@ class World:
 
     @property
     def shift(self) -> np.ndarray:
-        """What is added to positions in the world where they are drawn, in m, shape (3,)."""
+        """Offset added to world positions where they are drawn, in m, shape (3,)."""
         return self._shift.copy()
 
     def move(self, shift: np.ndarray) -> None:

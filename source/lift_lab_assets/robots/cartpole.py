@@ -31,6 +31,6 @@ CARTPOLE_CFG = ArticulationCfg(
 )
 """A cart on a rail with a pole on a free hinge; every number is Isaac Lab's.
 
-The rail is 2 m above the floor, the cart moves along y within 4 m either way, and the pole turns about x
-without limits. Force on the cart is commanded as a joint effort.
+The rail is 2 m above the ground. The cart moves along y within 4 m either way. The pole turns about x without limits.
+Force on the cart is commanded as a joint effort.
 """

@@ -3,9 +3,8 @@
 - :obj:`FRANKA_PANDA_CFG`: gains with which grasping is learned.
 - :obj:`FRANKA_PANDA_HIGH_PD_CFG`: less damping, to follow the targets of an inverse-kinematics controller.
 
-Names, initial pose and actuator groups are Isaac Lab's; where a number is not, its PhysX value does not carry
-over to MuJoCo and the docstring says why. Masses, limits and shapes come from the USD file (see its NOTICE
-for sources).
+Names, initial pose and actuator groups are Isaac Lab's. Some PhysX values do not carry over to MuJoCo; the docstring
+lists them with the reason. Masses, limits and shapes come from the USD file (see its NOTICE for sources).
 """
 
 import lift_lab.sim as sim_utils
@@ -54,18 +53,18 @@ FRANKA_PANDA_CFG = ArticulationCfg(
     },
     soft_joint_pos_limit_factor=1.0,
 )
-"""The Panda with gains that grasp and learn.
+"""Panda with gains that grasp and learn.
 
 - Initial pose (rad; fingers in m, open): Isaac Lab's.
-- Arm, 400 N m/rad and 160 N m s/rad: Isaac Lab's 80 and 4 leave a damping ratio of about 0.2 here, so the arm
-  oscillates; and a fast arm teaches exploration to swat the cube instead of grasping it.
-- Fingers, 350 N/m and 10 N s/m: Isaac Lab's 2000 and 100 squeeze a light cube harder than a contact that is
-  resolved at 5 ms can hold; slower fingers never close while the policy's gripper command still flickers.
+- Arm, 400 N m/rad and 160 N m s/rad: with Isaac Lab's 80 and 4 the damping ratio is about 0.2 here, so the arm
+  oscillates. A fast arm also knocks the cube off the table during exploration, and grasping is not learned.
+- Fingers, 350 N/m and 10 N s/m: with Isaac Lab's 2000 and 100 a contact that is resolved at 5 ms cannot hold a light
+  cube. Slower fingers never close while the policy's gripper command still changes often.
 - Effort: 87 and 12 N m are the arm's data sheet, as in Isaac Lab; 70 N is the hand's continuous grasping
   force (Isaac Lab allows 200 N).
 - Gravity is compensated on all links, as the real arm's controller does; Isaac Lab leaves gravity on here.
-- Self-collision is off (Isaac Lab: on): the task's workspace keeps the links apart, and every pair of links that is
-  tested costs time.
+- Self-collision is off (Isaac Lab: on). The task's workspace keeps the links apart, and every tested pair of links
+  costs time.
 - Speed limits (2.175 and 2.61 rad/s, 0.2 m/s) are in the USD file and in ``data.joint_vel_limits``; the
   engine does not clamp to them.
 """

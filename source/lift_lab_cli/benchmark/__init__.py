@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 
 START = time.perf_counter()
-"""When the program began, on the clock of ``time.perf_counter``."""
+"""Start of the program, on the clock of ``time.perf_counter``."""
 
 import json  # noqa: E402
 from pathlib import Path  # noqa: E402

@@ -187,7 +187,7 @@ def captured(physics) -> dict:
 
 
 def host_waits(env, seed: int, steps: int = 20) -> dict[str, int]:
-    """Where the host waited for the GPU in some steps: file and line -> how often (CUDA only)."""
+    """Count the places where the host waited for the GPU in some steps: file and line -> how often (CUDA only)."""
     import torch
 
     inner = cast("ManagerBasedRLEnv", env.unwrapped)

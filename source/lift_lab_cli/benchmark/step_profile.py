@@ -1,4 +1,4 @@
-"""Where the time of an environment step goes: CPU time of this process by part of the step."""
+"""Profile of an environment step: CPU time of this process by part of the step."""
 
 from __future__ import annotations
 

@@ -83,7 +83,8 @@ def scale(args: Any, overrides: list[str], results: Results) -> None:
 
 
 def startup(args: Any, overrides: list[str], results: Results) -> None:
-    """Where the time before the first step goes, and ``lift-lab train`` to its first iteration; the best of three."""
+    """Measure the time before the first step by its parts, and ``lift-lab train`` to its first iteration; the best of
+    three."""
     sizes = args.sizes or [args.num_envs or 512]
     names = ("import_torch_s", "import_packages_s", "configure_s", "make_env_s", "scene_s", "compile_and_engine_s")
     names += ("managers_s", "startup_events_s", "first_reset_s", "first_step_s", "ready_s")
@@ -260,7 +261,7 @@ def success_of(args: Any, overrides: list[str], checkpoint: Path, environ: dict[
 
 
 def machine(device: str | None) -> dict[str, Any]:
-    """What the numbers were measured on."""
+    """Describe the machine on which the numbers were measured."""
     packages = ("torch", "mujoco", "mujoco-warp", "warp-lang", "rsl-rl-lib")
     found: dict[str, Any] = {
         "system": platform.platform(),

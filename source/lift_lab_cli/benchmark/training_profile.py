@@ -1,4 +1,4 @@
-"""Where the time of a training iteration goes: CPU time of this process by part of the iteration."""
+"""Profile of a training iteration: CPU time of this process by part of the iteration."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ _ONLY_IN_3 = (
 
 @dataclasses.dataclass(frozen=True)
 class Remark:
-    """What is to be said of a line of a file."""
+    """Remark on a line of a file."""
 
     file: PurePosixPath
     line: int

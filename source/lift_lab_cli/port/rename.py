@@ -61,7 +61,7 @@ class Source:
     renamed: int = 0
     """Names that were replaced."""
     problem: str | None = None
-    """Why the file could not be parsed, and then nothing is replaced: ``line 3: invalid syntax``."""
+    """Reason why the file could not be parsed; then nothing is replaced: ``line 3: invalid syntax``."""
     uses: list[Use] = dataclasses.field(default_factory=list)
     """Names that are imported, and names that are taken from imported modules (``sim_utils.UsdFileCfg``)."""
     definitions: set[str] = dataclasses.field(default_factory=set)

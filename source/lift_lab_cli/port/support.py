@@ -1,4 +1,4 @@
-"""Which of Isaac Lab's names lift_lab does not have, and what to do instead.
+"""Isaac Lab's names that lift_lab does not have, and what to do instead.
 
 The answers come from the table in :mod:`lift_lab.isaac.table` and from the modules of lift_lab themselves. A user's
 files are not imported.
@@ -32,11 +32,11 @@ _WORDS = {
     "objects": "its objects",
     "instead": "use one asset",
 }
-"""What stands in a reason of the table for what is known only when an environment is made."""
+"""Texts in place of names in the reasons of the table that are known only when an environment is made."""
 
 
 def problem(module: str, name: str) -> str | None:
-    """Why a name does not work in lift_lab; None if it does, or if it is none of Isaac Lab's.
+    """Return the reason why a name does not work in lift_lab; None if it does, or if it is none of Isaac Lab's.
 
     Args:
         module: module after the renaming.
@@ -67,7 +67,7 @@ def problem(module: str, name: str) -> str | None:
 
 
 def reason_of(module: str, name: str) -> str | None:
-    """What the table of unsupported names says of a name; None if it is not in the table."""
+    """Return the text of the table of unsupported names for a name; None if it is not in the table."""
     row = module.removeprefix("lift_lab.")
     for entry in TABLE:
         if row in entry.modules and name in names_of(entry, row):

@@ -85,7 +85,7 @@ class BestPolicy:
         return True
 
     def state_dict(self) -> dict[str, Any]:
-        """What :meth:`is_new` depends on, as plain values."""
+        """Return the state on which :meth:`is_new` depends, as plain values."""
         return {"best": None if self.rank is None else list(self.rank), "smoothed": dict(self._smoothed)}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:

@@ -40,8 +40,8 @@ def read_checkpoint(path: str | Path, map_location: str | None = "cpu") -> dict[
 
     Raises:
         FileError: there is no such file, it is damaged, or it is no torch file.
-        ConfigError: it is no checkpoint of a training or one of another library, an entry is of the wrong type, or a
-            number is not finite.
+        ConfigError: it is no checkpoint of a training, it is one of another library, an entry is of the wrong type, or
+            a number is not finite.
     """
     refuse_other_library(path, RSL_RL)
     content = load_torch(path, map_location)

@@ -1,7 +1,7 @@
-"""TensorBoard's event files, written so that a full or failing disk costs curve points at most.
+"""TensorBoard's event files, written so that a full or failing disk costs only points of curves.
 
-TensorBoard's own writer (2.21) ends its thread with a traceback at the first failed write, leaves half a record in the
-file, which hides everything behind it from readers, and raises in the training loop from then on.
+TensorBoard's own writer (2.21) ends its thread with a traceback at the first failed write. It leaves half a record in
+the file, which hides all later records from readers. From then on it raises in the training loop.
 """
 
 from __future__ import annotations

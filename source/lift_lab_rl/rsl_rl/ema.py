@@ -1,9 +1,9 @@
 """Exponential moving average (EMA) of the policy's weights.
 
-An update moves the policy by a divergence that is meant for learning. At the end of training that is more than its
+An update moves the policy by a divergence that is chosen for learning. At the end of training this is more than the
 remaining error: neighbouring checkpoints differ by millimetres at the hand. Their average does not. The average covers
-a fixed share of the training so far (polynomial-decay averaging: Shamir and Zhang, 2013), so it needs no schedule: it
-follows closely while the policy still changes fast.
+a fixed share of the training so far (polynomial-decay averaging: Shamir and Zhang, 2013). So it needs no schedule, and
+it follows closely while the policy still changes fast.
 """
 
 from __future__ import annotations

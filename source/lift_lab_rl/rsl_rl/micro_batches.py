@@ -23,8 +23,8 @@ ACTING_ROWS = 256
 """Environments in a micro-batch when the policy acts, on a CPU."""
 
 Loss = Callable[[torch.Tensor, slice], tuple[torch.Tensor, torch.Tensor]]
-"""``loss(outputs, rows)``: from a network's outputs for some rows of the minibatch to the derivative of the loss by
-these outputs, in their shape, and numbers to sum over the minibatch, shape (count,)."""
+"""Function ``loss(outputs, rows)`` of a network's outputs for some rows of the minibatch. It returns the derivative of
+the loss by these outputs, in their shape, and numbers to sum over the minibatch, shape (count,)."""
 
 
 class MicroBatches:

@@ -1,8 +1,8 @@
 """Forward and backward pass of a multi-layer perceptron over blocks of samples.
 
-At the sizes of these networks autograd spends half its time on memory: it allocates an array for every intermediate
-result, and reads arrays that have left the second-level cache. Here a thread keeps its arrays, and a block is small
-enough for them to stay in the cache.
+With networks of this size autograd spends half its time on memory. It allocates an array for every intermediate result,
+and reads arrays that have left the second-level cache. Here a thread keeps its arrays, and a block is small enough for
+them to stay in the cache.
 """
 
 from __future__ import annotations

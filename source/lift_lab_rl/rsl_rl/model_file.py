@@ -1,4 +1,4 @@
-"""What ``model_N.pt`` holds: networks, optimisers, and the counters of curriculum and curiosity."""
+"""Contents of ``model_N.pt``: networks, optimisers, and the counters of curriculum and curiosity."""
 
 from __future__ import annotations
 

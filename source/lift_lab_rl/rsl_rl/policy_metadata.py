@@ -1,4 +1,4 @@
-"""What a program needs to know to run an exported policy: the metadata of ``policy.onnx`` and ``policy.pt``.
+"""Metadata with which a program runs an exported policy: ``policy.onnx`` and ``policy.pt``.
 
 The keys are listed in docs/deploy.md. Those that mjlab's exporter writes, too, have its names and its form: lists
 separated by commas. Everything that is nested is JSON.
@@ -35,7 +35,7 @@ _NOT_OF_COMMANDS = ("class_type", "debug_vis")
 
 
 def policy_metadata(env: RslRlVecEnvWrapper, policy: MLPModel, checkpoint: str | Path | None = None) -> dict[str, str]:
-    """Everything that an exported policy has to be told, as texts by key.
+    """Return the metadata of an exported policy, as texts by key.
 
     Args:
         env: the environment that the policy acts in.

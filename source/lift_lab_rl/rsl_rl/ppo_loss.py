@@ -1,8 +1,8 @@
 """The loss of proximal policy optimization and its derivatives (Schulman et al. 2017, arXiv:1707.06347, Eqs. 7 and 9).
 
 All values are sums over samples, not means, so that a minibatch may come in micro-batches. The policy is a Gaussian
-whose standard deviation does not depend on the observation. The derivatives are written out: this takes a third of the
-operations that automatic differentiation records, and there are so few samples that the number of operations counts.
+whose standard deviation does not depend on the observation. The derivatives are written out. This takes a third of the
+operations of automatic differentiation. With so few samples the number of operations decides the time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .gaussian import log_normaliser
 
 
 class PolicyTerms(NamedTuple):
-    """What a batch adds to the policy's loss."""
+    """Terms that a batch adds to the policy's loss."""
 
     surrogate: torch.Tensor
     """Clipped surrogate loss, a scalar."""

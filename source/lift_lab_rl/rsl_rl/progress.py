@@ -1,4 +1,4 @@
-"""What a training run shows while it runs: a live panel on a terminal, one line an iteration elsewhere."""
+"""Progress of a training run: a live panel on a terminal, one line per iteration elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Continue a run with the very episodes that ran when its checkpoint was written.
+"""Continue a run with the same episodes that ran when its checkpoint was written.
 
 The state beside a checkpoint (``resume_state_N.pt``) holds what the model does not: environments, observations, random
 numbers, the memory of recurrent networks, the running sums of the curves. All of it is checked before any of it is

@@ -205,7 +205,7 @@ class RslRlPpoAlgorithmCfg(ConfigBase):
 
 @configclass
 class RslRlBaseRunnerCfg(ConfigBase):
-    """What every runner has."""
+    """Settings of every runner."""
 
     seed: int = 42
     """Seed of the experiment."""
@@ -262,7 +262,7 @@ class RslRlBaseRunnerCfg(ConfigBase):
     """Appended to the run's folder name."""
 
     logger: Literal["tensorboard", "neptune", "wandb"] = "tensorboard"
-    """Where curves go. ``wandb`` needs its package; ``neptune`` is refused, its service has ended."""
+    """Destination of curves. ``wandb`` needs its package; ``neptune`` is refused, its service has ended."""
 
     neptune_project: str = "lift_lab"
     """Kept for Isaac Lab's configurations."""

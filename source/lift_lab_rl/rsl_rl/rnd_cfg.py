@@ -14,7 +14,7 @@ class RslRlRndCfg(ConfigBase):
 
     @configclass
     class WeightScheduleCfg:
-        """How the weight changes over time."""
+        """Schedule of the weight."""
 
         mode: str = "constant"
         """Kind of schedule."""
@@ -49,7 +49,7 @@ class RslRlRndCfg(ConfigBase):
     """Weight of the intrinsic reward; scaled by the environment step like every reward."""
 
     weight_schedule: WeightScheduleCfg | None = None
-    """How the weight changes; None for not at all."""
+    """Schedule of the weight; None keeps it constant."""
 
     reward_normalization: bool = False
     """Whether the intrinsic reward is normalised."""

@@ -2,7 +2,7 @@
 
 :class:`LiftLabRunner` has the methods of rsl_rl's ``OnPolicyRunner``. Its checkpoints survive a crash, and its runs can
 be continued. ``model_N.pt`` is the model after N iterations: networks, optimiser, and the few counters that a
-curriculum needs. Beside it ``resume_state_N.pt`` holds everything else (environments, random numbers), so that a run
+curriculum needs. Beside it ``resume_state_N.pt`` holds everything else (environments, random numbers). So a run that is
 continued from iteration N ends with the same bytes in its last file as a run that never stopped.
 """
 
@@ -122,7 +122,7 @@ class LiftLabRunner:
         return self.log_dir if self.place.is_main else None
 
     def shared_tensors(self) -> list[torch.Tensor]:
-        """What is the same on every process: the networks' parameters and normalisation."""
+        """Return the state that is the same on every process: the networks' parameters and normalisation."""
         rnd: Any = self.alg.rnd
         networks = [self.alg.actor, self.alg.critic, *([rnd.predictor, rnd.target] if rnd else [])]
         return [value for network in networks for value in network.state_dict().values()]
@@ -336,11 +336,11 @@ class LiftLabRunner:
         return resume_state(self)
 
     def load_resume_state(self, checkpoint: str | Path) -> str:
-        """Continue the very episodes that ran when ``checkpoint`` was written, if their state is beside it.
+        """Continue the same episodes that ran when ``checkpoint`` was written, if their state is beside it.
 
-        Call after :meth:`load`, in a new process or in the one that trained. A setting that is newer than the saved
-        run may have its default value; every other difference of the configurations means fresh episodes, as does a
-        state that is missing, damaged or of something else.
+        Call after :meth:`load`, in a new process or in the one that trained. A setting that is newer than the saved run
+        may have its default value. Every other difference of the configurations starts new episodes. So does a state
+        that is missing, damaged or of something else.
 
         Args:
             checkpoint: the file that was loaded.
@@ -366,7 +366,7 @@ class LiftLabRunner:
         export_policy_as_onnx(self.alg.get_policy(), path, None, filename, verbose, self.policy_metadata())
 
     def policy_metadata(self, checkpoint: str | Path | None = None) -> dict[str, str] | None:
-        """What a program that runs the exported policy has to know, see docs/deploy.md.
+        """Return the metadata of an exported policy, see docs/deploy.md.
 
         Args:
             checkpoint: the file that the policy is from; None if it is from none.

@@ -24,8 +24,8 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
         saves: whether checkpoints are written.
 
     Raises:
-        ConfigError: noise or mean of another number of actions, a bootstrap that the environment does not support, a
-            rollout that cannot fit into memory, or a success metric that is not logged.
+        ConfigError: noise or mean has another number of actions, the environment does not support the bootstrap, a
+            rollout does not fit into memory, or the success metric is not logged.
     """
     _check_actions(env, cfg)
     if cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:

@@ -1,4 +1,4 @@
-"""When a training writes its checkpoints, and what it does if the disk does not take them."""
+"""Saving of checkpoints during training, also on a full or failing disk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LAST_TRIES_S = (1.0, 2.0, 4.0, 8.0, 15.0, 30.0)
 """Waits between attempts to write a training's last checkpoint, in s."""
 
 STOPPED_TRIES = 3
-"""How many of these waits a user's signal leaves: who stops a training does not want to wait for long."""
+"""Number of these waits after a user's signal: whoever stops a training does not want to wait for long."""
 
 
 class CheckpointSaver:

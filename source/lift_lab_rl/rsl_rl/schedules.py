@@ -1,4 +1,4 @@
-"""What changes as training goes on: linear schedules of settings, and the adaptive learning rate."""
+"""Schedules of the training: linear schedules of settings, and the adaptive learning rate."""
 
 from __future__ import annotations
 

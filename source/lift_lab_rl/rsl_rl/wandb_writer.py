@@ -25,7 +25,7 @@ from lift_lab_rl.scalar_names import SUCCESS_RATE
 from .curve_files import CurveWriter
 
 INIT_TIMEOUT_S = 30.0
-"""How long the start of a run waits for W&B's server; ``WANDB_INIT_TIMEOUT`` says otherwise."""
+"""Time in s that the start of a run waits for W&B's server; ``WANDB_INIT_TIMEOUT`` says otherwise."""
 
 
 class LoggerError(LiftLabError, RuntimeError):

@@ -1,6 +1,6 @@
 """Reports of training runs beside the results of a paper: its figures, its table, its claims.
 
-``paper`` is the form of the paper's numbers, which a task brings; ``curves`` reads event files, ``evaluations`` results
-files; ``comparison`` makes tables of ours and the paper's; ``figures`` draws; ``page`` writes one HTML file; ``jobs``
-tells what has to be trained and what is done.
+``paper`` holds the paper's numbers, which a task registers. ``curves`` reads event files, ``evaluations`` reads results
+files. ``comparison`` makes tables of our numbers and the paper's. ``figures`` draws, and ``page`` writes one HTML file.
+``jobs`` lists the trainings that are to do and that are done.
 """

@@ -94,7 +94,7 @@ def rate_with_interval(successes: int, trials: int) -> str:
 
 
 def runs_table(groups: Sequence[Group]) -> Table:
-    """What was trained."""
+    """Label of the trainings."""
     table = Table("Runs", ["label", "seed", "iterations", "steps (M)", "hours", "folders"])
     for group in groups:
         for run in group.runs:
@@ -219,7 +219,7 @@ _EVALUATION_ROWS = (
 
 
 def evaluation_table(results: dict[str, Any], labels: Sequence[str]) -> Table:
-    """What the policies do without exploration noise."""
+    """Table of the policies' results without exploration noise."""
     table = Table(
         "Evaluation",
         ["measure", *labels],

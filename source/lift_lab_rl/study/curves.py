@@ -29,7 +29,7 @@ class TrainingRun:
     """One training, possibly in several folders because it was continued."""
 
     label: str
-    """What was trained: runs of one label differ in the seed only."""
+    """Label of the training: runs of one label differ in the seed only."""
     seed: int | None
     folders: list[Path]
     scalars: Scalars = field(default_factory=dict)
@@ -200,8 +200,8 @@ def group_runs(runs: Iterable[TrainingRun]) -> list[Group]:
 
 
 def remarks(runs: Sequence[TrainingRun]) -> list[str]:
-    """What a reader of a comparison of these runs has to know: runs without curves or with damaged files, and seeds
-    that come twice."""
+    """Warnings for a reader of a comparison of these runs: runs without curves or with damaged files, and seeds that
+    come twice."""
     found = [f"'{run.folders[0]}' is left out: its event files are empty" for run in runs if not run.scalars]
     found += [line for run in runs for line in run.damaged]
     counts = Counter((run.label, run.seed) for run in runs if run.scalars and run.seed is not None)

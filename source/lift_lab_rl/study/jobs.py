@@ -1,4 +1,4 @@
-"""What a study consists of: variants of a task, each trained with several seeds, and what of it is done already."""
+"""Jobs of a study: variants of a task, each trained with several seeds, and the state of each job."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ class Variant:
     task: str
     overrides: tuple[str, ...] = ()
     start: tuple[str, int] | None = None
-    """Label and iteration of the training whose checkpoint this one goes on from, seed by seed; None begins anew."""
+    """Label and iteration of the training whose checkpoint this one goes on from, seed by seed; None starts from the
+    beginning."""
 
     @classmethod
     def parse(cls, text: str) -> Variant:
@@ -60,7 +61,7 @@ class Variant:
 
     @property
     def settings(self) -> list[str]:
-        """What decides its trainings, as words."""
+        """Settings that decide its trainings, as words."""
         start = [] if self.start is None else ["from={}@{}".format(*self.start)]
         return [self.task, *start, *self.overrides]
 

@@ -1,4 +1,4 @@
-"""What a paper's figures and claims need, and runs do not have: a term of a reward that was renamed, for example."""
+"""Data that a paper's figures and claims need and that runs lack, for example a reward term that was renamed."""
 
 from __future__ import annotations
 

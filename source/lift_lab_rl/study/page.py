@@ -24,7 +24,7 @@ class Picture:
     """A figure of the report."""
 
     figure: Figure
-    """What it shows."""
+    """Contents of the section."""
     tag: str
     """The scalar that is drawn."""
     panels: int
@@ -51,7 +51,7 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """Where a link to it goes."""
+        """Target of a link to it."""
         return _anchor(self.title)
 
 

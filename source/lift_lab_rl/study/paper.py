@@ -57,7 +57,7 @@ class Paper:
     """Environment steps of each of its two trainings."""
     figures: tuple[Figure, ...]
     further: tuple[Figure, ...]
-    """What it measures without a figure."""
+    """Quantities that it measures without a figure."""
     table_title: str
     table: tuple[Trials, ...]
     """Successes of evaluations, row by row."""

@@ -1,4 +1,4 @@
-"""How the report's page looks: light or dark as the reader's system says, contents beside the text where it is wide."""
+"""Style of the report's page: light or dark by the reader's system, contents beside the text on a wide screen."""
 
 STYLE = """
 :root { color-scheme: light dark; --text: #222; --weak: #5c5c5c; --back: #fff; --line: #ddd; --head: #f4f4f4;

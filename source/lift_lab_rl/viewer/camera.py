@@ -1,4 +1,4 @@
-"""Where the browsers' cameras stand, and what stays in front of them."""
+"""Cameras of the browsers, and the objects that stay in front of them."""
 
 from __future__ import annotations
 

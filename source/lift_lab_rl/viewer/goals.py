@@ -61,7 +61,7 @@ class GoalControl:
         self._draw()
 
     def release(self) -> None:
-        """Draw from the task's own ranges again."""
+        """Draw from the task's default ranges again."""
         for goal in self.ranges:
             self._write(goal, (goal.low, goal.high))
         self._draw()

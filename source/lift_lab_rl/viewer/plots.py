@@ -65,7 +65,7 @@ class LivePlot:
 
     @property
     def groups(self) -> list[str]:
-        """What can be plotted."""
+        """Quantities that can be plotted."""
         return [OFF, *self._sources]
 
     def terms(self, group: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""What acts while somebody watches: nothing, chance, or the checkpoints of a run."""
+"""Policies of the viewer: zero actions, random actions, or the checkpoints of a run."""
 
 from __future__ import annotations
 

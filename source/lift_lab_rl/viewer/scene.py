@@ -1,4 +1,4 @@
-"""What the live viewer draws: the layers of the scene, and which of them are shown."""
+"""Layers of the live viewer's scene, and which of them are shown."""
 
 from __future__ import annotations
 

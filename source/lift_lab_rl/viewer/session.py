@@ -63,7 +63,7 @@ class ViewerSession:
 
     @property
     def problem(self) -> str | None:
-        """What went wrong last, as the page shows it."""
+        """Last error, as the page shows it."""
         return self._problem
 
     def _post(self, name: str, *values: Any) -> None:

@@ -1,4 +1,4 @@
-"""How often a watched policy succeeds."""
+"""Success rate of a watched policy."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class SuccessCounter:
             self._probe.first_step[ids] = 0
 
     def forget(self) -> None:
-        """Begin anew, e.g. with another checkpoint."""
+        """Start again, e.g. with another checkpoint."""
         self._ended.clear()
         if self._probe is not None:
             self._probe.first_step[:] = 0

@@ -1,16 +1,16 @@
-"""Changing a task's configuration from a command line, in hydra's grammar.
+"""Overrides of a task's configuration from a command line, in hydra's grammar.
 
-Overrides are ``env.<path>=<value>`` and ``agent.<path>=<value>`` for any entry (of a list of configurations by its
-number, as in ``target_frames.0``), ``env.<path>=null`` to leave a term out, ``+env.<path>=<value>`` and
-``~env.<path>`` to add to or remove from a dictionary, and ``env/<path>=<name>`` for a preset that the task was
-registered with::
+- ``env.<path>=<value>``, ``agent.<path>=<value>``: set an entry. Entries of a list have numbers: ``target_frames.0``.
+- ``env.<path>=null``: leave a term out.
+- ``+env.<path>=<value>``, ``~env.<path>``: add to or remove from a dictionary.
+- ``env/<path>=<name>``: choose a preset that the task was registered with::
 
     kwargs={..., "presets": {"env.curriculum": {"step": "module:StepCfg", "linear": "module:LinearCfg"}}}
 
 An override that lists several values is a sweep, see :mod:`lift_lab.app.multirun`.
 
-hydra reads and composes the overrides; only what they name is written into the configuration objects, so that all else
-(callables, tuples, slices, tensors) stays what it is. No folder is made and no other directory entered.
+hydra reads and composes the overrides. Only entries that they name are written into the configuration objects, so all
+others (callables, tuples, slices, tensors) stay as they are. No folder is made, and the current directory stays.
 """
 
 from __future__ import annotations
@@ -138,8 +138,8 @@ def hydra_task_config(task_name: str, agent_cfg_entry_point: str | None) -> Call
     """Decorator: call a function with the task's configurations, overridden by the command line's arguments.
 
     The function is called as ``func(env_cfg, agent_cfg, *args, **kwargs)`` (Isaac Lab's decorator of this name). With
-    ``--multirun`` (or ``-m``) on the command line it is called once for each combination of the values that overrides
-    list, and the results are returned as a list.
+    ``--multirun`` (or ``-m``) on the command line it is called once for each combination of the listed values. The
+    results are then returned as a list.
 
     Args:
         task_name: id of the task.

@@ -27,7 +27,7 @@ def registered_tasks() -> list[str]:
 
 
 def task_kwargs(task_name: str) -> dict[str, Any]:
-    """What a task was registered with.
+    """Return the keyword arguments with which a task was registered.
 
     Args:
         task_name: id. With a ``module:`` in front, as in gymnasium, that module is imported first. It is also looked
@@ -156,7 +156,8 @@ def parse_env_cfg(
 
 
 def num_envs_for_device(task_name: str, cfg: Any) -> int:
-    """How many environments suit the device of ``cfg``: as configured on a GPU, at most ``cpu_num_envs`` on a CPU."""
+    """Return the number of environments for the device of ``cfg``: as configured on a GPU, at most ``cpu_num_envs`` on
+    a CPU."""
     from lift_lab.sim.simulation_context import resolve_device
 
     if resolve_device(cfg.sim.device) != "cpu":

@@ -21,10 +21,10 @@ from lift_lab_rl.run_params import read_params
 from .parse_cfg import get_checkpoint_path
 
 LOGS = Path("logs")
-"""Where runs go, below the current directory: a folder for each library."""
+"""Folder of all runs, below the current directory: a folder for each library."""
 
 LOG_ROOT = LOGS / "rsl_rl"
-"""Where rsl_rl's runs go."""
+"""Folder of rsl_rl's runs."""
 
 CHECKPOINT = r"model_\d+\.pt"
 """Files that a run writes as it goes."""
@@ -33,7 +33,7 @@ BEST = "model_best.pt"
 """The file of the best policy of a run."""
 
 PRETRAINED = "pretrained"
-"""What a user calls the policy that ships for a task."""
+"""Name of the policy that ships for a task, in place of a path."""
 
 _WORDS = ("latest", "best", PRETRAINED)
 """What a user may call a checkpoint instead of a file."""
@@ -121,11 +121,11 @@ def discard_empty_parents(folder: Path) -> None:
 
 
 def check_run_names(names: Any) -> None:
-    """Check the names that folders are made of.
+    """Check the names from which folders are made.
 
     Args:
-        names: has ``experiment_name``, a folder below that of all runs, and ``run_name``, a part of a folder's name;
-            those that are missing or None are not looked at.
+        names: has ``experiment_name``, a folder below that of all runs, and ``run_name``, a part of a folder's name.
+            Names that are missing or None are not checked.
 
     Raises:
         ConfigError: a name leaves the folder, holds control characters, or is too long.
@@ -170,7 +170,7 @@ def find_pretrained(task: str) -> Path:
 
 
 def output_dir(agent_cfg: Any, checkpoint: Path) -> Path:
-    """Where to write what belongs to a checkpoint: beside it, or with the runs for a policy that ships."""
+    """Return the folder for files that belong to a checkpoint: beside it, or with the runs for a policy that ships."""
     if checkpoint.is_relative_to(PRETRAINED_DIR):
         return experiment_dir(agent_cfg) / PRETRAINED / checkpoint.parent.name  # tasks may share an experiment
     return checkpoint.parent

@@ -99,13 +99,13 @@ class anneal_reward_weight(ManagerTermBase):
 class anneal_reward_weight_on_success(ManagerTermBase):
     """Move the weight of a reward term from one value to another, but only while the task is being solved.
 
-    The success rate is a running mean over the episodes that end. After each environment step with a rate of at least
-    ``raise_at`` the weight is ``1 / num_steps`` of its way further, after each with a rate below ``lower_at`` it is as
-    much back, and in between it rests. The way is the weight's logarithm (``geometric``), so that each step changes
-    it by the same factor, or the weight itself.
+    The success rate is a running mean over the episodes that end. An environment step with a rate of at least
+    ``raise_at`` moves the weight by ``1 / num_steps`` of its way. A step with a rate below ``lower_at`` moves it back
+    by as much. In between the weight stays. With ``geometric`` the way is the weight's logarithm, so each step changes
+    the weight by the same factor. Otherwise it is the weight itself.
 
-    The way follows from the weight, so a training that continues from a checkpoint goes on where it was, once it has
-    seen ``window`` episodes.
+    A training that continues from a checkpoint continues from the checkpoint's weight, once it has seen ``window``
+    episodes.
 
     Params:
         term_name: the reward term.

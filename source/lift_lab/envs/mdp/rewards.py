@@ -60,7 +60,7 @@ def is_terminated(env: ManagerBasedRLEnv) -> torch.Tensor:
 
 
 class is_terminated_term(ManagerTermBase):
-    """How many of the named termination terms ended the episode; 0 when time ended it.
+    """Number of the named termination terms that ended the episode; 0 when time ended it.
 
     Params:
         term_keys: names or patterns of termination terms. The default is all.
@@ -157,7 +157,7 @@ def joint_deviation_l1(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = Scene
 
 
 def joint_pos_limits(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
-    """How far the chosen joints are beyond their soft position limits, summed."""
+    """Sum of the distances of the chosen joints beyond their soft position limits."""
     asset: Articulation = env.scene[asset_cfg.name]
     position = columns(asset.data.joint_pos, asset_cfg.joint_ids)
     limits = columns(asset.data.soft_joint_pos_limits, asset_cfg.joint_ids)
@@ -171,7 +171,8 @@ def joint_vel_limits(
     soft_ratio: Annotated[float, NOT_NEGATIVE],
     asset_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
 ) -> torch.Tensor:
-    """How far the chosen joints are above ``soft_ratio`` of their velocity limits, at most 1 a joint, summed."""
+    """Sum of the excess speeds of the chosen joints over ``soft_ratio`` of their velocity limits, at most 1 for each
+    joint."""
     asset: Articulation = env.scene[asset_cfg.name]
     speed = columns(asset.data.joint_vel, asset_cfg.joint_ids).abs()
     limits = columns(asset.data.soft_joint_vel_limits, asset_cfg.joint_ids)
@@ -182,7 +183,7 @@ def joint_vel_limits(
 
 
 def applied_torque_limits(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg = SceneEntityCfg("robot")) -> torch.Tensor:
-    """How much effort wanted of the chosen joints was clipped, summed."""
+    """Sum of the clipped parts of the efforts of the chosen joints."""
     asset: Articulation = env.scene[asset_cfg.name]
     ids = asset_cfg.joint_ids
     clipped = columns(asset.data.applied_torque, ids) - columns(asset.data.computed_torque, ids)

@@ -1,4 +1,4 @@
-"""What a policy of an environment reads and drives, as plain data: Isaac Lab's IO descriptors."""
+"""Isaac Lab's IO descriptors: inputs and outputs of a policy as plain data."""
 
 from __future__ import annotations
 

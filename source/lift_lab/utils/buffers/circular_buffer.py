@@ -75,7 +75,7 @@ class CircularBuffer:
             self._ring[:, ids] = 0
 
     def fill(self, data: torch.Tensor, batch_ids: Sequence[int] | torch.Tensor) -> None:
-        """Start some batch entries anew with a first value, which fills their history, and leave the others alone.
+        """Restart some batch entries with a first value, which fills their history, and leave the others unchanged.
 
         Args:
             data: values of these entries. Shape is (len(batch_ids), ...).

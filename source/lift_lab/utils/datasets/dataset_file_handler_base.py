@@ -1,4 +1,4 @@
-"""What a file of episodes can do."""
+"""Base class of files of episodes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Files of episodes in HDF5, laid out as robomimic and Isaac Lab lay them out.
+"""Files of episodes in HDF5, in the layout of robomimic and Isaac Lab.
 
-Group ``data`` (attributes ``total``: number of steps, ``env_args``: JSON) holds a group ``demo_N`` per episode
-(attributes ``num_samples``, ``seed``, ``success``) with the episode's tree of data sets below it.
+Group ``data`` has the attributes ``total`` (number of steps) and ``env_args`` (JSON). It holds a group ``demo_N`` per
+episode with the attributes ``num_samples``, ``seed`` and ``success`` and the episode's data sets.
 """
 
 from __future__ import annotations

@@ -19,7 +19,8 @@ FOREIGN_S = 24 * 3600.0
 
 
 def temporary_path(path: Path) -> Path:
-    """Where this process writes a file before it is moved to ``path``. The name tells of which process it is."""
+    """Return the path to which this process writes a file before it is moved to ``path``. The name contains the process
+    id."""
     return path.with_name(f".{path.name}.{_HOST}-{os.getpid()}.tmp")
 
 

@@ -78,6 +78,6 @@ class NoiseModelWithAdditiveBiasCfg(NoiseModelCfg):
 
     class_type: type = noise_model.NoiseModelWithAdditiveBias
     bias_noise_cfg: NoiseCfg = MISSING
-    """How the bias is drawn. Operation "abs" draws it afresh; "add" lets it wander from reset to reset."""
+    """Noise of the bias. Operation "abs" draws a new bias at each reset; "add" adds to the last one."""
     sample_bias_per_component: bool = True
     """Whether every component of the data has its own bias, rather than one for all."""

@@ -47,7 +47,7 @@ class JointActionCfg(ActionTermCfg):
     scale: float | dict[str, float] = 1.0
     """Factor of the raw action: one number, or by joint name pattern (others have 1)."""
     offset: float | dict[str, float] = 0.0
-    """What is added to the scaled action: one number, or by joint name pattern (others have 0)."""
+    """Offset of the scaled action: one number, or a number for each joint name pattern (others have 0)."""
     preserve_order: bool = False
     """Whether the action's columns follow :attr:`joint_names`, and not the articulation's order."""
 
@@ -199,7 +199,7 @@ class NonHolonomicActionCfg(ActionTermCfg):
     scale: tuple[float, float] = (1.0, 1.0)
     """Factors of forward speed and yaw rate."""
     offset: tuple[float, float] = (0.0, 0.0)
-    """What is added to them."""
+    """Offset of the scaled actions."""
 
     _ranges: ClassVar[Ranges] = {"scale offset": FINITE}
 
@@ -213,7 +213,7 @@ class DifferentialInverseKinematicsActionCfg(ActionTermCfg):
 
     @configclass
     class OffsetCfg:
-        """Where the controlled frame is in the body's frame."""
+        """Pose of the controlled frame in the body's frame."""
 
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
         """Position in m."""
@@ -244,7 +244,7 @@ class OperationalSpaceControllerActionCfg(ActionTermCfg):
 
     @configclass
     class OffsetCfg:
-        """Where the controlled frame is in the body's frame."""
+        """Pose of the controlled frame in the body's frame."""
 
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
         """Position in m."""

@@ -27,10 +27,10 @@ __all__ = [
 
 
 class NonHolonomicAction(StoredAction):
-    """Forward speed v and yaw rate w of a base become joint velocities ``(v cos(yaw), v sin(yaw), w)``.
+    """Forward speed v and yaw rate w of a base, as joint velocities ``(v cos(yaw), v sin(yaw), w)``.
 
-    The yaw is that of the body relative to the articulation's root, along whose axes the joints move; Isaac Lab takes
-    that in the world, which is the same while the root is not turned.
+    The yaw is that of the body relative to the articulation's root, since the joints move along the root's axes. Isaac
+    Lab uses the yaw in the world. The two are equal while the root is not turned.
     """
 
     cfg: actions_cfg.NonHolonomicActionCfg

@@ -22,5 +22,5 @@ class StoredAction(ActionTerm):
 
     @property
     def processed_actions(self) -> torch.Tensor:
-        """What is made of it, shape (num_envs, number of targets)."""
+        """Processed action, shape (num_envs, number of targets)."""
         return self._processed_actions

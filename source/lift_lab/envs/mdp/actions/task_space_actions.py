@@ -31,10 +31,10 @@ __all__ = [
 
 
 class DifferentialInverseKinematicsAction(StoredAction):
-    """The scaled action is an end-effector target in the root frame; inverse kinematics gives position targets.
+    """End-effector targets in the root frame, turned into position targets by inverse kinematics.
 
-    The inverse kinematics is solved anew at every physics step. Unlike Isaac Lab's term, the offset of the controlled
-    frame is turned into the root frame before it enters the Jacobian.
+    The inverse kinematics is solved again at every physics step. Unlike in Isaac Lab's term, the offset of the
+    controlled frame is turned into the root frame before it enters the Jacobian.
     """
 
     cfg: actions_cfg.DifferentialInverseKinematicsActionCfg

@@ -1,4 +1,4 @@
-"""Command terms: goals that are drawn anew from time to time."""
+"""Command terms: goals that are drawn again at intervals."""
 
 from .commands_cfg import *
 from .null_command import *

@@ -80,7 +80,7 @@ class UniformPoseCommandCfg(CommandTermCfg):
         _ranges: ClassVar[NumberRanges] = {"pos_x pos_y pos_z roll pitch yaw": SPAN}
 
     ranges: Ranges = MISSING
-    """Where poses are drawn from."""
+    """Ranges of the poses."""
 
     goal_pose_visualizer_cfg: VisualizationMarkersCfg = _marker(
         FRAME_MARKER_CFG, "frame", "/Visuals/Command/goal_pose", (0.1, 0.1, 0.1)
@@ -130,7 +130,7 @@ class UniformVelocityCommandCfg(CommandTermCfg):
         _ranges: ClassVar[NumberRanges] = {"lin_vel_x lin_vel_y ang_vel_z heading": SPAN}
 
     ranges: Ranges = MISSING
-    """Where commands are drawn from."""
+    """Ranges of the commands."""
 
     goal_vel_visualizer_cfg: VisualizationMarkersCfg = _marker(
         GREEN_ARROW_X_MARKER_CFG, "arrow", "/Visuals/Command/velocity_goal", (0.5, 0.5, 0.5)
@@ -168,7 +168,7 @@ class NormalVelocityCommandCfg(UniformVelocityCommandCfg):
         _ranges: ClassVar[NumberRanges] = {"mean_vel": FINITE, "std_vel": NOT_NEGATIVE, "zero_prob": FRACTION}
 
     ranges: Ranges = MISSING  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Where commands are drawn from."""
+    """Ranges of the commands."""
 
 
 @configclass
@@ -197,7 +197,7 @@ class UniformPose2dCommandCfg(CommandTermCfg):
         _ranges: ClassVar[NumberRanges] = {"pos_x pos_y heading": SPAN}
 
     ranges: Ranges = MISSING
-    """Where poses are drawn from."""
+    """Ranges of the poses."""
 
     goal_pose_visualizer_cfg: VisualizationMarkersCfg = _marker(
         GREEN_ARROW_X_MARKER_CFG, "arrow", "/Visuals/Command/pose_goal", (0.2, 0.2, 0.8)
@@ -221,4 +221,4 @@ class TerrainBasedPose2dCommandCfg(UniformPose2dCommandCfg):
         _ranges: ClassVar[NumberRanges] = {"heading": SPAN}
 
     ranges: Ranges = MISSING  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Where headings are drawn from."""
+    """Range of the headings."""

@@ -1,6 +1,6 @@
 """Event terms that randomise the physics: masses, friction, gains, joints, gravity.
 
-Each draws anew from the values at start, never from values that were already randomised.
+Each event starts from the original values, never from values that were already randomised.
 """
 
 from __future__ import annotations
@@ -102,9 +102,8 @@ def _check_operation(cfg: EventTermCfg, positive: Sequence[str] = (), not_negati
 class randomize_rigid_body_material(ManagerTermBase):
     """Give each chosen body one of a number of materials, which are drawn once at construction.
 
-    MuJoCo has one sliding friction coefficient where PhysX has a static and a dynamic one, and no restitution: the
-    static friction is used, the others are reported as ignored. In a contact the larger coefficient of the two
-    colliders counts.
+    MuJoCo has one sliding friction coefficient, and no restitution. We use the static friction; dynamic friction and
+    restitution are reported as ignored. In a contact the larger coefficient of the two colliders counts.
 
     Params:
         static_friction_range: (low, high) of the friction coefficient.

@@ -49,7 +49,7 @@ class ObjectTableSceneCfg(InteractiveSceneCfg):
 
 @configclass
 class CommandsCfg:
-    """Where the object is to be brought, in the robot's root frame."""
+    """Goal position of the object, in the robot's root frame."""
 
     object_pose = mdp.ObjectPoseCommandCfg(
         asset_name="robot",
@@ -81,7 +81,7 @@ class ObservationsCfg:
 
     @configclass
     class PolicyCfg(ObsGroup):
-        """What the policy sees."""
+        """Observations of the policy."""
 
         joint_pos = ObsTerm(func=mdp.joint_pos_rel)
         joint_vel = ObsTerm(func=mdp.joint_vel_rel)
@@ -98,7 +98,7 @@ class ObservationsCfg:
 
 @configclass
 class EventCfg:
-    """What happens at a reset."""
+    """Events at a reset."""
 
     reset_all = EventTerm(func=mdp.reset_scene_to_default, mode="reset")
     reset_object_position = EventTerm(
@@ -164,7 +164,7 @@ class MetricsCfg:
     time_to_success_s = MetricTerm(
         func=mdp.time_to_success_s, params=_SUCCESS, reduce="first", log_as="object_pose/time_to_success_s"
     )
-    """Of the episodes that succeeded."""
+    """Time to success, over the episodes that succeeded."""
 
 
 @configclass

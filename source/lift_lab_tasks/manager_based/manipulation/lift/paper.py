@@ -83,4 +83,4 @@ PAPER = Paper(
     claims=_CLAIMS,
     success_tags=_FURTHER[0].tags,
 )
-"""What reports compare our numbers with."""
+"""Numbers of the paper that reports compare with ours."""

@@ -1,7 +1,7 @@
 """The reach task without a robot. Rewards, command ranges, noise and curriculum are Isaac Lab's.
 
-The physics step is 10 ms in place of Isaac Lab's 17 ms, so that a contact with the table is resolved; the control step
-is 30 ms in place of 33 ms. A robot's config fills in what is MISSING.
+The physics step is 10 ms instead of Isaac Lab's 17 ms, so that a contact with the table is resolved. The control step
+is 30 ms instead of 33 ms. A robot's config sets the fields that are MISSING.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class ReachSceneCfg(InteractiveSceneCfg):
 
 @configclass
 class CommandsCfg:
-    """Where the end effector is to go, in the robot's root frame; a new pose every 4 s."""
+    """Goal pose of the end effector, in the robot's root frame; a new pose every 4 s."""
 
     ee_pose = mdp.UniformPoseCommandCfg(
         asset_name="robot",
@@ -78,7 +78,7 @@ class ObservationsCfg:
 
     @configclass
     class PolicyCfg(ObsGroup):
-        """What the policy sees."""
+        """Observations of the policy."""
 
         joint_pos = ObsTerm(func=mdp.joint_pos_rel, noise=Unoise(n_min=-0.01, n_max=0.01))
         joint_vel = ObsTerm(func=mdp.joint_vel_rel, noise=Unoise(n_min=-0.01, n_max=0.01))

@@ -1,4 +1,4 @@
-"""When the cart-pole has done its task."""
+"""Success of the cart-pole task."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Terms of the cabinet task, beside all of :mod:`lift_lab.envs.mdp`.
 
-They read two frame transformers of the scene: ``ee_frame``, whose targets are the tool centre and then the two
-fingertips, and ``cabinet_frame``, whose first target is the handle, turned as a hand that grasps it would be.
+They read two frame transformers of the scene. The targets of ``ee_frame`` are the tool centre and the two fingertips.
+The first target of ``cabinet_frame`` is the handle, with the orientation of a hand that grasps it.
 """
 
 from lift_lab.envs.mdp import *

@@ -23,11 +23,10 @@ def approach_ee_handle(env: ManagerBasedRLEnv, threshold: Annotated[float, FINIT
 
 
 def align_ee_handle(env: ManagerBasedRLEnv) -> torch.Tensor:
-    """How well the hand is turned to grasp: half the sum of the signed squares of two cosines, in [-1, 1].
+    """Alignment of the hand for a grasp: half the sum of the signed squares of two cosines, in [-1, 1].
 
-    They are those between the z axes (the way the hand looks) and between the x axes of the tool centre and of the
-    handle's frame. (Isaac Lab takes the negative x and y axes of the handle's frame, which its own configuration turns
-    elsewhere.)
+    The cosines are between the z axes (the direction of the hand) and between the x axes of tool centre and handle
+    frame. Isaac Lab uses the negative x and y axes of the handle's frame, which its configuration turns in another way.
     """
     tool = matrix_from_quat(env.scene["ee_frame"].data.target_quat_w[:, 0])
     handle = matrix_from_quat(env.scene["cabinet_frame"].data.target_quat_w[:, 0])
@@ -42,7 +41,7 @@ def align_grasp_around_handle(env: ManagerBasedRLEnv) -> torch.Tensor:
 
 
 def approach_gripper_handle(env: ManagerBasedRLEnv, offset: Annotated[float, FINITE] = 0.04) -> torch.Tensor:
-    """How near both fingertips are to the handle's height: the sum of ``offset`` (m) less each distance.
+    """Closeness of both fingertips to the handle's height: the sum of ``offset`` (m) minus each distance.
 
     Zero unless one is above the handle and one below, see :func:`align_grasp_around_handle`.
     """
@@ -53,7 +52,7 @@ def approach_gripper_handle(env: ManagerBasedRLEnv, offset: Annotated[float, FIN
 def grasp_handle(
     env: ManagerBasedRLEnv, threshold: Annotated[float, FINITE], open_joint_pos: float, asset_cfg: SceneEntityCfg
 ) -> torch.Tensor:
-    """How far the fingers are closed, while the tool centre is within ``threshold`` (m) of the handle.
+    """Closing of the fingers, while the tool centre is within ``threshold`` (m) of the handle.
 
     Args:
         env: the environment.
@@ -67,7 +66,7 @@ def grasp_handle(
 
 
 def open_drawer_bonus(env: ManagerBasedRLEnv, asset_cfg: SceneEntityCfg) -> torch.Tensor:
-    """How far (m) the drawer is open, twice that with the fingers around the handle."""
+    """Opening of the drawer in m, doubled with the fingers around the handle."""
     return (1.0 + align_grasp_around_handle(env)) * _drawer_pos(env, asset_cfg)
 
 

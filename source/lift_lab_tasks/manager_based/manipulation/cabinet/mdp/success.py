@@ -1,4 +1,4 @@
-"""When the cabinet task is done."""
+"""Success of the cabinet task."""
 
 from __future__ import annotations
 

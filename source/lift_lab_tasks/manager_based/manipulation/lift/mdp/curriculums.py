@@ -23,12 +23,13 @@ if TYPE_CHECKING:
 class hold_gripper_while_hovering(ManagerTermBase):
     """Let a close command last while a policy has learned to reach the object and not yet to lift it.
 
-    A gripper that hovers about the object is a local optimum. Exploration noise is drawn anew at every step, and to
-    close for one step earns nothing; a lift takes several. While closing lasts for ``close_time_s``, a single sample
-    below zero is a grasp. The hold begins when the episodes that ended of late (as many as there are environments)
-    earned ``reached`` of what the reaching term can pay, and ends for good once they earn ``lifted`` of what the
-    lifting term can pay, so that a policy is trained and judged by the task's own actions. What is rewarded does not
-    change.
+    A gripper that stays near the object is a local optimum. Exploration noise is independent at every step, and closing
+    for one step earns nothing; a lift takes several steps. While a close command lasts for ``close_time_s``, a single
+    sample below zero is a grasp.
+
+    The aid looks at the last episodes that ended, as many as there are environments. It starts when they earned the
+    share ``reached`` of the largest reaching reward. It ends for good when they earn the share ``lifted`` of the
+    largest lifting reward. So the final policy is trained with the unchanged actions. Rewards do not change.
 
     An aid of exploration: set ``training_only`` of its config. It never begins where one of the two terms is
     missing or weighs nothing.
@@ -87,19 +88,19 @@ class hold_gripper_while_hovering(ManagerTermBase):
 class practise_missed_goals(ManagerTermBase):
     """Give a share of the episodes a goal near one that an environment has just missed.
 
-    A policy that reaches nearly every goal stops short of those at the corners of their range, where few samples are.
-    Each environment remembers the goal of its last episode if ``metric`` says that it had no success. From
-    ``start_step`` on, ``share`` of the new episodes draw one of these goals, give or take ``spread_m`` along each axis
-    and within the command's ranges. The other episodes stay uniform, and all of them if none was missed. What is
-    rewarded and what counts as success do not change.
+    Failed-goal replay. A policy that reaches nearly every goal stops short of those at the corners of their range,
+    where samples are few. Each environment remembers the goal of its last episode if ``metric`` says that it had no
+    success. From ``start_step`` on, ``share`` of the new episodes draw one of these goals, with an offset of up to
+    ``spread_m`` along each axis and within the command's ranges. The other episodes draw uniform goals; all do if none
+    was missed. Rewards and success do not change.
 
-    An aid of training: set ``training_only`` of its config. Rewards in the logs of a training count
-    the episodes that practise, too, and so are those of a harder task; the metrics leave them out.
+    An aid of training: set ``training_only`` of its config. Rewards in the logs of a training include the replayed
+    goals, which are harder. The metrics leave them out.
 
     Params:
-        share: share of episodes that practise, within [0, 1].
-        start_step: first environment step of the practice.
-        spread_m: how far a practised goal may lie from the missed one along each axis, in m.
+        share: share of episodes that replay a failed goal, within [0, 1].
+        start_step: first environment step of the replay.
+        spread_m: largest distance of a replayed goal from the missed one along each axis, in m.
         command_name: the command, an :class:`ObjectPoseCommand`.
         metric: the metrics term that is 1 for an episode with success, else 0.
 

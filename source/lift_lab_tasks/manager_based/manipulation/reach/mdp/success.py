@@ -1,4 +1,4 @@
-"""When the reach task is done."""
+"""Success of the reach task."""
 
 from __future__ import annotations
 

@@ -19,8 +19,8 @@ def _frame(body: str, name: str, height: float) -> FrameTransformerCfg.FrameCfg:
 class FrankaCabinetEnvCfg(CabinetEnvCfg):
     """``Open-Drawer-Franka``.
 
-    The fingers have Isaac Lab's 2000 N/m and 100 N s/m: with the 350 N/m of the lift task, 2 cm of bar are held with
-    3.5 N a finger, and the hand slips off.
+    The fingers have Isaac Lab's 2000 N/m and 100 N s/m. With the 350 N/m of the lift task each finger would hold the 2
+    cm bar with only 3.5 N, and the hand would slip off.
     """
 
     def __post_init__(self):

@@ -26,8 +26,8 @@ def _material(asset_cfg: SceneEntityCfg, friction_range: tuple[float, float], nu
 class RandomizedEventCfg(EventCfg):
     """Domain randomisation: every environment has a cube of its own mass and surface, drawn once at start.
 
-    In a contact the larger friction coefficient of the two surfaces counts. The pads therefore have the least of the
-    cube's range, so that the grip has the cube's own: were both drawn, a sixteenth of the grips only would have less
+    In a contact the larger friction coefficient of the two surfaces counts. So the pads have the smallest coefficient
+    of the cube's range, and a grip has the cube's coefficient. If both were drawn, only one grip in 16 would have less
     than 0.75.
     """
 

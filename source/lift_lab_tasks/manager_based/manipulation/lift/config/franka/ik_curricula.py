@@ -15,7 +15,7 @@ def _from_afar() -> CurrTerm:
 
 @configclass
 class ExplorationCfg(joint_pos_env_cfg.ExplorationCfg):
-    """How the lift is found where actions move the tool."""
+    """Exploration aids for actions that move the tool."""
 
     reach_from_afar = _from_afar()
 

@@ -18,7 +18,7 @@ from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import LiftEnvC
 
 @configclass
 class ExplorationCfg:
-    """How the lift is found; part of every curriculum of this task."""
+    """Exploration aids, part of every curriculum of this task."""
 
     gripper_hold = CurrTerm(
         func=mdp.hold_gripper_while_hovering,

@@ -14,8 +14,8 @@ from . import joint_pos_env_cfg
 class FrankaReachEnvCfg(joint_pos_env_cfg.FrankaReachEnvCfg):
     """``Reach-Franka-IK-Abs``: seven numbers, position (m) and quaternion (wxyz), in the robot's root frame.
 
-    The controlled frame is the hand's own, which the command is for: the command itself is an action that solves the
-    task (Isaac Lab controls a point 10.7 cm before the hand).
+    The controlled frame is the hand's frame, to which the command refers. So the command itself is an action that
+    solves the task. Isaac Lab controls a point 10.7 cm before the hand.
     """
 
     def __post_init__(self):

@@ -1,7 +1,7 @@
 """PPO settings of the Franka cabinet task.
 
-Isaac Lab's, but for normalised observations, a shorter rollout, a larger first learning rate, a noise whose logarithm
-is learned and no clipping of the value's change: the drawer opens after a million samples (docs/learning.md).
+They differ from Isaac Lab's in normalised observations, a shorter rollout, a larger first learning rate, learned log
+noise, and no clipping of the value loss. The drawer opens after a million samples (docs/learning.md).
 """
 
 from __future__ import annotations
