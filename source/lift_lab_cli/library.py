@@ -134,10 +134,13 @@ class Library(abc.ABC):
             "--load_run", type=str, default=None, help="regular expression of the run (default: newest)"
         )
         parser.add_argument("--use_last_checkpoint", action="store_true", help=f"the last {numbered}, not {final}")
+        parser.add_argument("--use_pretrained_checkpoint", action="store_true", help=argparse.SUPPRESS)  # Isaac Lab's
         _add_trust(parser)
 
     def check_playing_flags(self, parser: Parser, args: argparse.Namespace) -> None:
         """End with one line where flags do not go together."""
+        if args.use_pretrained_checkpoint:
+            parser.error("--use_pretrained_checkpoint: the policies that ship are rsl_rl's; play them with rsl_rl")
         if args.use_last_checkpoint and args.checkpoint is not None:
             parser.error("--use_last_checkpoint and --checkpoint both name the model: give one")
 

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lift_lab.app.cli import Parser
+
 from .library import Library, Player, Run, Training, until_interrupted
 
 if TYPE_CHECKING:
@@ -31,6 +33,22 @@ class Skrl(Library):
         "experiment_name": ("agent.agent.experiment.directory",),
         "run_name": ("agent.agent.experiment.experiment_name",),
     }
+
+    def add_training_flags(self, parser: Parser) -> None:
+        super().add_training_flags(parser)
+        _add_isaac_flags(parser)
+
+    def check_training_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        super().check_training_flags(parser, args)
+        _check_isaac_flags(parser, args)
+
+    def add_playing_flags(self, parser: Parser) -> None:
+        super().add_playing_flags(parser)
+        _add_isaac_flags(parser)
+
+    def check_playing_flags(self, parser: Parser, args: argparse.Namespace) -> None:
+        super().check_playing_flags(parser, args)
+        _check_isaac_flags(parser, args)
 
     def make_settings(self, args: argparse.Namespace, overrides: list[str], training: bool, place: Place) -> Settings:
         settings = super().make_settings(args, overrides, training, place)
@@ -76,6 +94,19 @@ class Skrl(Library):
 
     def player(self, env: Any, settings: Settings, args: argparse.Namespace, checkpoint: Path) -> Player:
         return _Player(env, settings, args, checkpoint)
+
+
+def _add_isaac_flags(parser: Parser) -> None:
+    """Add the flags of Isaac Lab's skrl scripts: their defaults are what there is."""
+    parser.add_argument("--ml_framework", default="torch", help=argparse.SUPPRESS)
+    parser.add_argument("--algorithm", default="PPO", help=argparse.SUPPRESS)
+
+
+def _check_isaac_flags(parser: Parser, args: argparse.Namespace) -> None:
+    if args.ml_framework != "torch":
+        parser.error(f"--ml_framework {args.ml_framework}: skrl runs on torch here")
+    if args.algorithm.upper() != "PPO":
+        parser.error(f"--algorithm {args.algorithm}: the tasks have configurations of PPO; give another with --agent")
 
 
 class _Training(Training):

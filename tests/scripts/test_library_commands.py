@@ -128,6 +128,22 @@ def test_files_of_another_library_and_files_that_run_code_are_refused_in_one_lin
     assert not [path for path in place.rglob("*") if path.parent.name == "Cartpole"]  # no run
 
 
+@pytest.mark.parametrize(
+    ("script_name", "flags", "message"),
+    [
+        ("skrl/train.py", ["--ml_framework", "jax"], "skrl runs on torch here"),
+        ("skrl/play.py", ["--algorithm", "MAPPO", "--ml_framework", "torch"], "the tasks have configurations of PPO"),
+        ("sb3/play.py", ["--use_pretrained_checkpoint"], "the policies that ship are rsl_rl's"),
+    ],
+)
+def test_flags_of_isaac_lab_that_ask_for_what_is_missing_are_refused(script, place, script_name, flags, message):
+    status, _, err = script(script_name, *SMALL, *flags)
+    assert (status, err.count("\n")) == (2, 1)
+    assert err.startswith(f"error: {flags[0]}")
+    assert message in err
+    assert list(place.iterdir()) == []
+
+
 @pytest.mark.parametrize("library", [pytest.param("sb3", marks=needs_sb3), pytest.param("skrl", marks=needs_skrl)])
 def test_trust_without_a_checkpoint_is_refused(script, place, library):
     status, _, err = script(f"{library}/train.py", *SMALL, "--trust")
