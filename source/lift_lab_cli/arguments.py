@@ -44,13 +44,14 @@ def positive(text: str) -> int:
     return value
 
 
-def task_parser(description: str | None, agent: str, logs: str) -> Parser:
+def task_parser(description: str | None, agent: str, logs: str, agent_help: str = "") -> Parser:
     """A parser with the flags of every program that runs a task with an agent.
 
     Args:
         description: what the program does.
         agent: default key of the agent's configuration.
         logs: folder of the library's runs, for the help text.
+        agent_help: what --agent accepts besides a key.
     """
     parser = Parser(description)
     parser.add_argument(
@@ -59,7 +60,7 @@ def task_parser(description: str | None, agent: str, logs: str) -> Parser:
         required=True,
         help="id of the task (lift-lab list shows all), or MODULE:ID of your own",
     )
-    parser.add_argument("--agent", type=str, default=agent, help="key of the agent's configuration")
+    parser.add_argument("--agent", type=str, default=agent, help=f"key of the agent's configuration{agent_help}")
     parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
     parser.add_argument("--seed", type=int, default=None, help="seed of everything; -1 draws one")
     parser.add_argument(
@@ -88,7 +89,8 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
         library = find_library(first.parse_known_args()[0].library)
     logs = f"logs/{library.name}" + ("" if library.continues_runs else " (default: the task's id)")
     description = library.training_help if training else library.playing_help
-    parser = task_parser(description, f"{library.name}_cfg_entry_point", logs)
+    agent_help = "" if training else "; zero, random: actions without a policy"
+    parser = task_parser(description, f"{library.name}_cfg_entry_point", logs, agent_help)
     parser.settings |= library.flag_settings
     if chosen:
         parser.add_argument("--library", default="rsl_rl", help="learning library: name, or module:Class")

@@ -9,8 +9,9 @@ from typing import Any
 from lift_lab.app import AppLauncher, cli
 
 from .arguments import check_video_flags, library_parser
-from .library import Library
+from .library import Library, Player
 from .pace import Pace
+from .scripted import SCRIPTED, ScriptedPlayer, check_scripted_flags, scripted_settings, video_file
 
 
 def main(library: Library | None = None) -> int:
@@ -27,6 +28,7 @@ def main(library: Library | None = None) -> int:
         parser.error(f"--video: expected a file ending in .mp4, got '{args.video}'")
     if args.real_time and getattr(args, "replay", None) is not None:
         parser.error("--real-time paces a simulation: --replay writes a page, which plays in real time by itself")
+    check_scripted_flags(parser, args)
     library.check_playing_flags(parser, args)
     check_video_flags(parser, args)
     AppLauncher(args)
@@ -37,7 +39,9 @@ def main(library: Library | None = None) -> int:
 def _play(library: Library, args: argparse.Namespace, overrides: list[str]) -> int:
     from lift_lab_rl.optional_packages import require_package
 
-    require_package(library.package, library.name)
+    scripted = args.agent in SCRIPTED
+    if not scripted:
+        require_package(library.package, library.name)
     import gymnasium as gym
 
     import lift_lab_tasks  # noqa: F401
@@ -47,18 +51,26 @@ def _play(library: Library, args: argparse.Namespace, overrides: list[str]) -> i
 
     if args.video is not None:
         require_video()
-    settings = library.make_settings(args, overrides, False, Place())
-    checkpoint = library.find_policy(settings, args)
+    settings = (
+        scripted_settings(args, overrides) if scripted else library.make_settings(args, overrides, False, Place())
+    )
+    checkpoint = None if scripted else library.find_policy(settings, args)
     if settings.env.sim.device == "cpu":
         use_one_torch_thread()
     env: Any = gym.make(args.task, cfg=settings.env)
     try:
         args.steps = steps = args.steps or args.video_length or env.unwrapped.max_episode_length
         if args.video is not None:
-            folder = library.output_folder(settings, checkpoint) / "videos" / "play"
-            env = _filmed(env, Path(args.video or folder / f"{checkpoint.stem}.mp4"), args.video_length or steps)
-        player = library.player(env, settings, args, checkpoint)
-        print(f"policy: {checkpoint}")
+            if checkpoint is None:
+                default = video_file(args.task, args.agent)
+            else:
+                default = library.output_folder(settings, checkpoint) / "videos" / "play" / f"{checkpoint.stem}.mp4"
+            env = _filmed(env, Path(args.video or default), args.video_length or steps)
+        if checkpoint is None:
+            player: Player = ScriptedPlayer(env, args.agent)
+        else:
+            player = library.player(env, settings, args, checkpoint)
+        print(f"policy: {args.agent if checkpoint is None else checkpoint}")
         player.begin(print)
         reward, episodes = 0.0, 0
         pace = Pace(env.unwrapped.step_dt) if args.real_time else None

@@ -12,13 +12,11 @@ from lift_lab.app.cli import Parser
 
 from .arguments import add_checkpoint_flags, check_checkpoint_flags, positive
 from .library import Library, Player, Run, Training
+from .scripted import SCRIPTED
 
 if TYPE_CHECKING:
     from lift_lab_rl.distributed import Place
     from lift_lab_tasks.settings import Settings
-
-SCRIPTED = ("zero", "random")
-"""Values of --agent that need no checkpoint."""
 
 
 class RslRl(Library):
@@ -140,7 +138,7 @@ class RslRl(Library):
         return _Player(env, settings, checkpoint, self.output_folder(settings, checkpoint) / "exported")
 
     def show(self, args: argparse.Namespace, overrides: list[str]) -> int | None:
-        if args.viewer or args.replay is not None or args.agent in SCRIPTED:
+        if args.viewer or args.replay is not None:
             from .watch import watch
 
             return watch(args, overrides)

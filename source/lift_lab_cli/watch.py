@@ -11,10 +11,8 @@ from typing import Any
 from lift_lab.app import cli, endings
 
 from .arguments import given_video_flags
-from .rsl_rl_library import SCRIPTED, check_agent, find_policy, make_runner
-
-_MOST_ENVS = 50
-"""Environments shown unless told otherwise."""
+from .rsl_rl_library import check_agent, find_policy, make_runner
+from .scripted import MOST_ENVS, SCRIPTED
 
 
 def add_watching_flags(parser: argparse.ArgumentParser) -> None:
@@ -33,9 +31,8 @@ def check_watching_flags(parser: cli.Parser, args: argparse.Namespace) -> None:
         parser.error(f"{video_flags[0]} belongs to --video, not to --viewer and --replay")
     if args.replay is not None and args.replay.suffix != ".html":
         parser.error(f"--replay: expected a file ending in .html, got '{args.replay}'")
-    for name in ("checkpoint", "load_run", "experiment_name"):
-        if args.agent in SCRIPTED and getattr(args, name) is not None:
-            parser.error(f"--agent {args.agent} needs no --{name}")
+    if args.viewer and args.replay is not None:
+        parser.error("choose one of --viewer and --replay FILE.html")
 
 
 def watch(args: argparse.Namespace, overrides: list[str], ready: Callable[[str], None] | None = None) -> int:
@@ -53,8 +50,6 @@ def watch(args: argparse.Namespace, overrides: list[str], ready: Callable[[str],
     from lift_lab.visualizers import DEFAULT_PORT, open_server, require_viser
     from lift_lab_rl.files import check_target
 
-    if args.viewer == (args.replay is not None):
-        raise ConfigError("choose one of --viewer and --replay FILE.html (--agent zero and random need one of them)")
     if args.video is not None:
         raise ConfigError("--video films off screen: leave it out with --viewer and --replay")
     require_viser()
@@ -81,7 +76,7 @@ def _run(args: argparse.Namespace, overrides: list[str], server, ready: Callable
 
     check_agent(args)
     settings = Settings(args.task, None if args.agent in SCRIPTED else args.agent, overrides, args.flag_settings)
-    settings.resolve(num_envs=min(settings.env.scene.num_envs, _MOST_ENVS))
+    settings.resolve(num_envs=min(settings.env.scene.num_envs, MOST_ENVS))
     env_cfg, agent_cfg = settings.env, settings.agent
     env_cfg.seed = 42 if env_cfg.seed is None else env_cfg.seed
     checkpoint = None if agent_cfg is None else find_policy(settings, args)

@@ -4,7 +4,11 @@ import ast
 import socket
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
+
+import lift_lab_tasks  # noqa: F401
+from lift_lab_tasks.manager_based.classic.cartpole.cartpole_env_cfg import CartpoleEnvCfg
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 PLAY = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_threads", 1, "--num_envs", 2]
@@ -40,6 +44,36 @@ def test_a_replay_is_written_without_a_checkpoint(script, tmp_path):
     assert (tmp_path / "a.html").stat().st_size > 100_000
 
 
+@pytest.fixture
+def own_task():
+    """A task of the user's own, without a configuration of an agent."""
+    entry = gym.spec("Cartpole").entry_point
+    gym.register("Own-Cartpole", entry, disable_env_checker=True, kwargs={"env_cfg_entry_point": CartpoleEnvCfg})
+    yield "Own-Cartpole"
+    del gym.registry["Own-Cartpole"]
+
+
+def test_zero_actions_are_filmed_without_a_checkpoint_and_without_an_agent(script, tmp_path, own_task):
+    av = pytest.importorskip("av")
+    small = ["--task", own_task, "--num_envs", 2, "--device", "cpu", "--num_threads", 1, "--steps", 3]
+    status, out, err = script("rsl_rl/play.py", *small, "--agent", "zero", "--video", "env.viewer.resolution=[64,48]")
+    if "no OpenGL library was found" in out + err:
+        pytest.skip(out + err)
+    assert (status, err) == (0, "")
+    assert "policy: zero" in out
+    with av.open(str(tmp_path / "videos" / "Own-Cartpole_zero.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 3
+
+
+@pytest.mark.parametrize("library", ["rsl_rl", "sb3", "skrl"])
+def test_random_actions_follow_the_seed_with_every_library(script, library):
+    small = ["--task", "Cartpole", "--num_envs", 2, "--device", "cpu", "--num_threads", 1, "--steps", 3]
+    printed = [script(f"{library}/play.py", *small, "--agent", "random", "--seed", seed) for seed in (1, 1, 2)]
+    assert [status for status, _, _ in printed] == [0, 0, 0]
+    rewards = [out.partition("mean reward: ")[2].split()[0] for _, out, _ in printed]
+    assert rewards[0] == rewards[1] != rewards[2]
+
+
 def test_a_port_that_is_taken_is_told_before_anything_is_built(script):
     pytest.importorskip("viser")
     with socket.socket() as other:
@@ -55,10 +89,11 @@ def test_a_port_that_is_taken_is_told_before_anything_is_built(script):
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["--agent", "zero"], "choose one of --viewer and --replay"),
         (["--viewer", "--replay", "a.html"], "choose one of --viewer and --replay"),
         (["--viewer", "--video"], "--video films off screen"),
         (["--viewer", "--port", "0", "--agent", "zero", "--checkpoint", "x.pt"], "needs no --checkpoint"),
+        (["--video", "--agent", "random", "--checkpoint", "x.pt"], "--agent random needs no --checkpoint"),
+        (["--agent", "zero", "--load_run", "x"], "--agent zero needs no --load_run"),
         (["--viewer", "--port", "0"], "train first"),
         (["--viewer", "--agent", "zero", "--load_run", "x"], "--agent zero needs no --load_run"),
         (["--viewer", "--agent", "random", "--experiment_name", "x"], "--agent random needs no --experiment_name"),
