@@ -5,12 +5,14 @@ lift-lab usd FILE [--view PNG] [--mjcf XML] [--variant SET=NAME ...] [--strict]
 
 from __future__ import annotations
 
-import os
-import struct
-import zlib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lift_lab.app import cli
+
+if TYPE_CHECKING:
+    import mujoco
+    import numpy as np
 
 
 def main() -> int:
@@ -21,8 +23,6 @@ def main() -> int:
     parser.add_argument("--variant", action="append", default=[], metavar="SET=NAME", help="choose a variant")
     parser.add_argument("--strict", action="store_true", help="fail on physics that would be ignored")
     args, _ = parser.parse()
-    if args.view:
-        os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is imported
 
     from rich.console import Console
 
@@ -41,48 +41,47 @@ def main() -> int:
     model = spec.compile()
     size = f"{model.nbody - 1} bodies, {model.nv} degrees of freedom, {model.nu} actuators, {model.ngeom} geoms"
     console.print(f"model: {size}, {model.body_mass.sum():.4g} kg")
+    picture = draw(model) if args.view else None
     if args.mjcf:
         args.mjcf.parent.mkdir(parents=True, exist_ok=True)
         args.mjcf.write_text(spec.to_xml())
         for name, content in spec.assets.items():
             (args.mjcf.parent / name).write_bytes(content)
-    if args.view:
+    if picture is not None:
+        from PIL import Image
+
         args.view.parent.mkdir(parents=True, exist_ok=True)
-        args.view.write_bytes(_png(_picture(spec)))
+        Image.fromarray(picture).save(args.view, format="PNG")
     return 0
 
 
-def _picture(spec, width: int = 960, height: int = 720):
-    """RGB image of the key `initial`, the whole model in view."""
-    import mujoco
+def draw(model: mujoco.MjModel, width: int = 960, height: int = 720) -> np.ndarray:
+    """The key ``initial`` with the whole model in view, shape (height, width, 3), uint8.
 
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
-    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.55] * 3
-    sky = spec.add_texture(name="usd_info_sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=64)
-    sky.builtin, sky.rgb1, sky.rgb2 = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT, [0.75, 0.8, 0.85], [0.95, 0.96, 0.97]
-    model = spec.compile()
+    Raises:
+        PhysicsError: there is no OpenGL library to draw with.
+    """
+    import mujoco
+    import numpy as np
+
+    from lift_lab.drawing.framing import corners, drawn_geoms, fit
+    from lift_lab.drawing.opengl import DrawError
+    from lift_lab.drawing.scene import Picture, SceneDrawer
+    from lift_lab.utils.errors import PhysicsError
+
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("initial").id)
     mujoco.mj_forward(model, data)
-    camera = mujoco.MjvCamera()
-    mujoco.mjv_defaultFreeCamera(model, camera)
-    camera.azimuth, camera.elevation, camera.distance = 140.0, -20.0, 1.2 * model.stat.extent
-    with mujoco.Renderer(model, height, width) as renderer:
-        renderer.update_scene(data, camera)
-        return renderer.render()
-
-
-def _png(image) -> bytes:
-    """An RGB image of shape (height, width, 3), uint8, as PNG."""
-
-    def chunk(kind: bytes, content: bytes) -> bytes:
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
-
-    height, width, _ = image.shape
-    rows = b"".join(b"\0" + row.tobytes() for row in image)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    body = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 6)) + chunk(b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + body
+    points = corners(model, data, drawn_geoms(model))
+    view = fit(points if len(points) else np.zeros((1, 3)), width / height, fill=0.8)
+    picture = Picture(data.qpos[None], data.mocap_pos[None], data.mocap_quat[None], view)
+    try:
+        drawer = SceneDrawer(model, width, height, np.zeros((1, 3)), fine=True)
+        frame = drawer.draw(picture)
+    except DrawError as error:
+        raise PhysicsError(f"--view: {error}") from error
+    drawer.close()
+    return frame
 
 
 if __name__ == "__main__":

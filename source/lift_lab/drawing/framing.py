@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -16,7 +17,10 @@ FOV_DEG = 45.0
 """Vertical field of view of MuJoCo's free camera."""
 _DRAWN_GROUPS = 3
 """Geoms of higher groups are not drawn."""
-_SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_ROUND = (int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_ELLIPSOID))
+_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+_SPHERE = np.array([d for d in itertools.product(np.linspace(-1, 1, 7), repeat=3) if 1.0 in np.abs(d)])
+_SPHERE /= np.linalg.norm(_SPHERE, axis=1, keepdims=True)
 
 
 @dataclass
@@ -60,12 +64,18 @@ def moving_geoms(model: mujoco.MjModel) -> np.ndarray:
 
 
 def corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int]) -> np.ndarray:
-    """Corners of the boxes around geoms, and the vertices of every soft body, in the world, shape (n, 3)."""
+    """Outermost points of geoms, and the vertices of every soft body, in the world in m, shape (n, 3).
+
+    Of spheres and ellipsoids they are points of the surface, of other geoms the corners of the box around them.
+    """
     ids = np.fromiter(geoms, dtype=int)
-    centre, half = model.geom_aabb[ids, None, :3], model.geom_aabb[ids, None, 3:]
-    turned = (centre + half * _SIGNS) @ data.geom_xmat[ids].reshape(-1, 3, 3).transpose(0, 2, 1)
-    points = (turned + data.geom_xpos[ids, None]).reshape(-1, 3)
-    return np.concatenate((points, data.flexvert_xpos.reshape(-1, 3)))
+    is_round = np.isin(model.geom_type[ids], _ROUND)
+    found = [data.flexvert_xpos.reshape(-1, 3)]
+    for some, directions in ((ids[~is_round], _CORNERS), (ids[is_round], _SPHERE)):
+        local = model.geom_aabb[some, None, :3] + model.geom_aabb[some, None, 3:] * directions
+        turned = local @ data.geom_xmat[some].reshape(-1, 3, 3).transpose(0, 2, 1)
+        found.append((turned + data.geom_xpos[some, None]).reshape(-1, 3))
+    return np.concatenate(found)
 
 
 def fit(points: np.ndarray, aspect: float, fov_deg: float = FOV_DEG, fill: float = FILL) -> View:

@@ -17,10 +17,10 @@ _SUN_TURN_DEG, _SUN_HEIGHT_DEG = 50.0, 55.0
 _SUN, _FILL, _AMBIENT, _SHINE = 0.58, 0.18, 0.32, 0.12
 """Brightness of a scene without lights: of the sun, of the headlight, of what comes from everywhere, of reflections."""
 _NEAR, _CLEAR, _HAZE_ENDS = 0.01, 1.5, 6.0
-"""Start of the view, start of the haze and depth of the view, in units of the distance from the camera to its
+"""Start of the view, start of the haze and depth of the haze, in units of the distance from the camera to its
 target."""
-_FAR = 50.0
-"""Where the view ends, in distances to the end of the scene."""
+_FAR, _BACKDROP = 50.0, 0.8
+"""End of the view, in units of the distance to the end of the scene, and place of the backdrop, as a share of that."""
 _SHADE = 1.1
 """Half the side of the shadow map, in radii of what casts shadows."""
 _DIRECTIONAL = int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
@@ -113,6 +113,28 @@ class Lighting:
             if light.type == _DIRECTIONAL and not light.headlight:
                 light.pos[:] = spot - 2.0 * radius * np.asarray(light.dir)
         scene.flags[int(mujoco.mjtRndFlag.mjRND_FOG)] = 1
+
+    def add_backdrop(self, scene: mujoco.MjvScene) -> float:
+        """Put a wall in haze behind everything, so that smooth edges blend into the sky's colour and not into black.
+
+        Returns:
+            Value of the depth buffer, from which on a pixel shows the wall or nothing.
+        """
+        camera = scene.camera[0]
+        ahead, up = np.asarray(camera.forward, dtype=float), np.asarray(camera.up, dtype=float)
+        near, far = float(camera.frustum_near), float(camera.frustum_far)
+        if scene.ngeom < scene.maxgeom:
+            distance = _BACKDROP * far
+            axes = np.stack((np.cross(ahead, up), up, -ahead), axis=1)
+            half = 2.0 * distance * max(float(camera.frustum_top) / near, 0.1) * 2.0
+            position = np.asarray(camera.pos, dtype=float) + distance * ahead
+            wall, box = scene.geoms[scene.ngeom], int(mujoco.mjtGeom.mjGEOM_BOX)
+            size = np.array((half, half, 1e-3 * distance))
+            mujoco.mjv_initGeom(wall, box, size, position, axes.ravel(), np.ones(4, dtype=np.float32))
+            wall.category = _DECORATION
+            scene.ngeom += 1
+        nearest = 0.95 * _BACKDROP * far
+        return far * (nearest - near) / (nearest * (far - near))
 
     def centre(self, data: mujoco.MjData) -> np.ndarray:
         """Middle of everything but the ground in m, shape (3,)."""

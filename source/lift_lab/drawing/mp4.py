@@ -14,12 +14,13 @@ import numpy as np
 class Mp4Writer:
     """Writes frames to an mp4 file. The file appears when it is closed."""
 
-    def __init__(self, path: str | Path, fps: float):
+    def __init__(self, path: str | Path, fps: float, crf: int = 21):
         """Start a video.
 
         Args:
             path: the file, ending in ``.mp4``.
             fps: frames a second.
+            crf: H.264's constant rate factor: smaller is better and larger.
         """
         import av
 
@@ -29,7 +30,7 @@ class Mp4Writer:
         host = re.sub(r"\W", "-", socket.gethostname().partition(".")[0])[:32]
         self._temporary = self.path.with_name(f".{self.path.stem}.{host}-{os.getpid()}.tmp.mp4")
         self._av = av
-        self._fps = max(1, round(fps))
+        self._fps, self._crf = max(1, round(fps)), crf
         self._container: Any = av.open(str(self._temporary), mode="w")
         self._stream: Any = None
         self.frames = 0
@@ -41,7 +42,7 @@ class Mp4Writer:
             height, width = frame.shape[:2]
             self._stream.height, self._stream.width = height - height % 2, width - width % 2
             self._stream.pix_fmt = "yuv420p"
-            self._stream.options = {"crf": "21", "preset": "veryfast"}
+            self._stream.options = {"crf": str(self._crf), "preset": "veryfast"}
         even = frame[: self._stream.height, : self._stream.width]
         picture = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
         for packet in self._stream.encode(picture):

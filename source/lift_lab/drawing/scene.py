@@ -70,6 +70,7 @@ class SceneDrawer:
         settings: Any = model.vis
         settings.global_.offwidth, settings.global_.offheight = width, height
         prepare_model(model, fine)
+        self._fine = fine
         self._lighting = Lighting(model, self._origins)
         self._data = mujoco.MjData(model)
         self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
@@ -91,9 +92,10 @@ class SceneDrawer:
         assert self._context is not None
         self._context.make_current()
         scene, renderer = self._fill(picture)
+        behind = self._lighting.add_backdrop(scene) if self._fine else 1.0
         mujoco.mjr_render(self._area, scene, renderer)
         mujoco.mjr_readPixels(self._pixels, self._depth, self._area, renderer)
-        nothing = self._depth >= 1.0
+        nothing = self._depth >= behind
         self._pixels[nothing] = self._sky.behind(scene.camera[0])[nothing]
         if picture.lines:
             labels, values = ("\n".join(column) for column in zip(*picture.lines, strict=True))

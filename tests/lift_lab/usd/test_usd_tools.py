@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
+from PIL import Image
 
 SCRIPTS = Path(__file__).parents[3] / "scripts"
 
@@ -63,6 +65,33 @@ def test_usd_info_answers_a_mistake_in_one_line_with_status_two(run, ball, args,
     assert status == 2
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_usd_info_draws_the_whole_model_in_the_middle_of_a_picture(run, ball, tmp_path):
+    status, _, err = run("usd_info.py", ball, "--view", tmp_path / "out" / "ball.png")
+    if "no OpenGL library was found" in err:
+        pytest.skip(err)
+    assert status == 0
+    picture = np.asarray(Image.open(tmp_path / "out" / "ball.png")).astype(int)
+    assert picture.shape == (720, 960, 3)
+    assert picture.mean() > 100
+    assert picture.min() > 30  # smooth edges blend into the background, not into black
+    rows, columns = np.nonzero(np.abs(picture - picture[360, 10]).max(axis=2) > 60)  # the background is lighter
+    assert 0.5 * 720 < np.ptp(rows) < 0.9 * 720
+    assert (rows.mean(), columns.mean()) == pytest.approx((360, 480), abs=60)
+
+
+def test_usd_info_without_an_opengl_library_writes_nothing_and_names_the_packages(run, ball, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco.egl", None)
+    for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    if not sys.platform.startswith("linux"):
+        pytest.skip("EGL is Linux's")
+    status, _, err = run("usd_info.py", ball, "--view", tmp_path / "a.png", "--mjcf", tmp_path / "a.xml")
+    assert status == 2
+    assert err.startswith("error: --view: no OpenGL library was found; on Debian or Ubuntu: apt-get install libegl1")
+    assert err.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"ball.usda"}
 
 
 def test_damaged_files_of_every_format_import_or_are_refused_and_nothing_else(tmp_path, monkeypatch):
