@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import gymnasium as gym
+import onnx
 import pytest
 import torch
 from onnx.reference import ReferenceEvaluator
@@ -134,3 +135,8 @@ def test_each_policy_of_the_repository_is_small_and_of_a_registered_task(task):
     content = load_torch(files["policy.pt"])
     assert (card["task"], card["iterations"]) == (task, content["iter"])
     assert card["evaluation"]["episodes"] >= 100
+    network = onnx.load(files["policy.onnx"])
+    texts = {prop.key: prop.value for prop in network.metadata_props}
+    terms = json.loads(texts["observations"])
+    assert (texts["task"], texts["iteration"]) == (task, str(content["iter"]))
+    assert terms[-1]["start"] + terms[-1]["size"] == network.graph.input[0].type.tensor_type.shape.dim[1].dim_value
