@@ -17,6 +17,7 @@ from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlPpoActorCriticRecurrentCfg, RslRlRndCfg, saving, to_rsl_rl
 from lift_lab_rl.rsl_rl.best_policy import BEST
 from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
+from lift_lab_rl.study.curves import read_scalars
 
 # -- files
 
@@ -294,6 +295,34 @@ def test_the_schedule_of_curiosity_continues_where_it_was(tmp_path):
     after.load(str(tmp_path / "model_4.pt"))
     assert after.alg.rnd.update_counter == before.alg.rnd.update_counter == 32
     assert after.alg.rnd.weight == before.alg.rnd.weight < 0.02  # of a step of 0.02 s
+
+
+class NotesReturns(PointEnv):
+    """Notes the sums of rewards of its episodes in the order in which they end."""
+
+    def __init__(self):
+        super().__init__()
+        self.sums, self.returns = torch.zeros(self.num_envs), []
+
+    def step(self, actions):
+        obs, reward, done, extras = super().step(actions)
+        self.sums += reward
+        self.returns += self.sums[done > 0].tolist()
+        self.sums[done > 0] = 0.0
+        return obs, reward, done, extras
+
+
+def test_curves_tell_the_environments_rewards_from_those_of_curiosity(tmp_path):
+    cfg, env = AgentCfg(), NotesReturns()
+    cfg.algorithm.rnd_cfg = RslRlRndCfg(weight=1.0, num_outputs=4)
+    cfg.obs_groups = {"policy": ["policy"], "rnd_state": ["policy"]}
+    LiftLabRunner(env, to_rsl_rl(cfg), log_dir=tmp_path).learn(12)
+    ends = {tag: values[-1] for tag, (_, values) in read_scalars(tmp_path).items()}
+    assert len(env.returns) > 100
+    assert ends["Rnd/mean_extrinsic_reward"] == pytest.approx(sum(env.returns[-100:]) / 100, rel=1e-4)
+    assert ends["Rnd/mean_intrinsic_reward"] > 0.0
+    total = ends["Rnd/mean_extrinsic_reward"] + ends["Rnd/mean_intrinsic_reward"]
+    assert ends["Train/mean_reward"] == pytest.approx(total, rel=1e-5)
 
 
 def test_the_scale_of_curious_rewards_continues_where_it_was(tmp_path):

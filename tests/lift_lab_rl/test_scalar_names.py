@@ -87,3 +87,28 @@ def test_no_two_scalars_of_a_library_get_one_name(library):
 
     names = [name for name, _ in getattr(scalar_names, f"{library.upper()}_NAMES").values()]
     assert len(set(names)) == len(names)
+
+
+def test_stable_baselines3_shows_and_writes_our_names_with_success_first(tmp_path, capsys):
+    pytest.importorskip("stable_baselines3")
+    from lift_lab_rl.sb3_runs import log_to
+    from lift_lab_rl.study.curves import read_scalars
+
+    class Agent:
+        def set_logger(self, logger):
+            self.logger = logger
+
+    agent = Agent()
+    log_to(agent, tmp_path)
+    for name, value in (("Curriculum/a", 1.0), ("Metrics/success_rate", 0.5), ("train/entropy_loss", -1.25)):
+        agent.logger.record(name, value)
+    agent.logger.dump(7)
+    agent.logger.close()
+    scalars = {tag: (steps.tolist(), values.tolist()) for tag, (steps, values) in read_scalars(tmp_path).items()}
+    assert scalars == {
+        "Curriculum/a": ([7], [1.0]),
+        "Metrics/success_rate": ([7], [0.5]),
+        "Loss/entropy": ([7], [1.25]),
+    }
+    table = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    assert "success_rate" in table[0]
