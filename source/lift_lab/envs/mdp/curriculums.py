@@ -53,13 +53,16 @@ class modify_reward_weight(ManagerTermBase):
 
 
 class anneal_reward_weight(ManagerTermBase):
-    """Move the weight of a reward term linearly from one value to another (the study's Equation (1)).
+    """Move the weight of a reward term linearly from one value to another.
+
+    This is Equation (1) of "Adaptive Robotic Arm Control: Leveraging Curriculum Learning and Deep Reinforcement
+    Learning for Efficient Pick-and-Lift Operations Through Simulation".
 
     With t the number of environment steps since ``start_step``, rounded down to a multiple of ``update_interval``::
 
         weight(t) = initial_weight + (final_weight - initial_weight) * min(t, num_steps) / num_steps
 
-    An ``update_interval`` of 1 is the equation; one of ``num_steps`` is a single jump, as in the study's text and in
+    An ``update_interval`` of 1 is the equation; one of ``num_steps`` is a single step, as in the paper's text and in
     Isaac Lab. The weight follows from the step counter alone, so a resumed training continues where it stopped.
 
     Params:

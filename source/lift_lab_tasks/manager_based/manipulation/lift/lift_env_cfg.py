@@ -1,7 +1,8 @@
 """The lift task without a robot: scene, commands, observations, rewards and the rest.
 
-Rewards, command ranges and terminations are Isaac Lab's lift task's, which the study trained. A robot's config
-fills in what is MISSING here.
+Rewards, command ranges and terminations are those of Isaac Lab's lift task. The paper trained that task: "Adaptive
+Robotic Arm Control: Leveraging Curriculum Learning and Deep Reinforcement Learning for Efficient Pick-and-Lift
+Operations Through Simulation". The config of a robot fills in what is MISSING here.
 """
 
 from __future__ import annotations
@@ -114,7 +115,7 @@ class EventCfg:
 
 @configclass
 class RewardsCfg:
-    """The study's Eqs. (2)-(6) and Isaac Lab's reaching reward, which its Figure 12 shows."""
+    """The paper's Eqs. (2)-(6) and Isaac Lab's reaching reward, which its Figure 12 shows."""
 
     reaching_object = RewTerm(func=mdp.object_ee_distance, params={"std": 0.1}, weight=1.0)
     lifting_object = RewTerm(func=mdp.object_is_lifted, params={"minimal_height": 0.04}, weight=15.0)
@@ -133,7 +134,7 @@ class RewardsCfg:
 
 
 _SUCCESS = {"command_name": "object_pose", "threshold": 0.02}
-"""The study's Eq. (7)."""
+"""The paper's Eq. (7)."""
 
 
 @configclass
@@ -155,7 +156,7 @@ class MetricsCfg:
         log_as="object_pose/first_pick_drop",
     )
     squared_action_change = MetricTerm(func=mdp.action_rate_l2, log_as="object_pose/squared_action_change")
-    """The study's Eq. (5)."""
+    """The paper's Eq. (5)."""
     squared_joint_acceleration = MetricTerm(
         func=mdp.squared_joint_acceleration,
         params={"asset_cfg": SceneEntityCfg("robot", joint_names=[".*"])},
@@ -169,7 +170,7 @@ class MetricsCfg:
 
 @configclass
 class TerminationsCfg:
-    """The study's Eqs. (8) and (9)."""
+    """The paper's Eqs. (8) and (9)."""
 
     time_out = DoneTerm(func=mdp.time_out, time_out=True)
     object_dropping = DoneTerm(

@@ -22,7 +22,7 @@ def object_is_lifted(
     minimal_height: Annotated[float, FINITE],
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
-    """1 where the object's centre is above ``minimal_height`` (m, world), else 0 (the study's Eq. (2))."""
+    """1 where the object's centre is above ``minimal_height`` (m, world), else 0 (the paper's Eq. (2))."""
     object: RigidObject = env.scene[object_cfg.name]
     return (object.data.root_pos_w[:, 2] > minimal_height).float()
 
@@ -48,7 +48,7 @@ def object_goal_distance(
     robot_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
-    """1 - tanh(distance from the object to its goal / ``std``), ``std`` in m (the study's Eqs. (3) and (4)).
+    """1 - tanh(distance from the object to its goal / ``std``), ``std`` in m (the paper's Eqs. (3) and (4)).
 
     Zero where the object is not above ``minimal_height``, as in Isaac Lab; None takes the gate away, as the equations
     are printed.

@@ -22,5 +22,5 @@ def object_reached_goal(
     robot_cfg: SceneEntityCfg = SceneEntityCfg("robot"),
     object_cfg: SceneEntityCfg = SceneEntityCfg("object"),
 ) -> torch.Tensor:
-    """Whether the object is within ``threshold`` (m) of its goal (the study's Eq. (7)). Shape (num_envs,)."""
+    """Whether the object is within ``threshold`` (m) of its goal (the paper's Eq. (7)). Shape (num_envs,)."""
     return object_goal_distance_m(env, command_name, robot_cfg.name, object_cfg.name) < threshold

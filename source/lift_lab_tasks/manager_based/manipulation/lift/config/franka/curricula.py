@@ -11,7 +11,7 @@ from .joint_pos_env_cfg import ExplorationCfg
 
 @configclass
 class LinearCurriculumCfg(ExplorationCfg):
-    """The study's Eq. (1): penalties of motion grow linearly to the step's end value within 10,000 steps.
+    """The paper's Eq. (1): penalties of motion grow linearly to the step's end value within 10,000 steps.
 
     The ramp begins at step 5,000, about when the cube is first lifted: penalties that grow before that make dropping
     the cube the cheapest policy.

@@ -14,7 +14,7 @@ class FrankaCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
     """``Lift-Cube-Franka-IK-Rel``: six numbers, half a metre and half a radian per unit, and the gripper.
 
     The controlled frame is the tool centre of ``ee_frame``, 10.34 cm before the hand (Isaac Lab: 10.7 cm). The arm has
-    the gains of the joint-position task: with Isaac Lab's, which follow faster, exploration swats the cube.
+    the gains of the joint-position task: with Isaac Lab's, which follow faster, exploration knocks the cube away.
     """
 
     curriculum: ik_curricula.ExplorationCfg = ik_curricula.ExplorationCfg()

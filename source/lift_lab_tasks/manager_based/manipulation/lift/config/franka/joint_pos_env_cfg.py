@@ -72,7 +72,7 @@ class FrankaCubeLiftEnvCfg(LiftEnvCfg):
 
 @configclass
 class CurriculumCfg(ExplorationCfg):
-    """Penalty annealing (the study's section 3.4)."""
+    """Penalty annealing (the paper's section 3.4)."""
 
     action_rate = CurrTerm(
         func=mdp.modify_reward_weight,

@@ -8,7 +8,7 @@ from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import RewardsC
 
 @configclass
 class UngatedRewardsCfg(RewardsCfg):
-    """As the study's Eqs. (3) and (4) are printed: the cube's distance to its goal counts on the table, too."""
+    """As the paper's Eqs. (3) and (4) are printed: the cube's distance to its goal counts on the table, too."""
 
     def __post_init__(self):
         self.object_goal_tracking.params["minimal_height"] = None

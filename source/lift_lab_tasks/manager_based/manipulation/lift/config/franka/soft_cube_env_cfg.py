@@ -1,4 +1,4 @@
-"""The lift task with a soft cube (the study's section 4.1 speaks of a deformable one)."""
+"""The lift task with a soft cube (the paper's section 4.1 speaks of a deformable one)."""
 
 from __future__ import annotations
 

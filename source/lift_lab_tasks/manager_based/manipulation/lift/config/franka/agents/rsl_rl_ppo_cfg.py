@@ -1,4 +1,4 @@
-"""PPO settings of the Franka lift tasks (the study's section 3.3; see docs/learning.md for what was measured)."""
+"""PPO settings of the Franka lift tasks (the paper's section 3.3; see docs/learning.md for what was measured)."""
 
 from __future__ import annotations
 
