@@ -51,7 +51,7 @@ def task_parser(description: str | None, agent: str, logs: str, agent_help: str 
         description: what the program does.
         agent: default key of the agent's configuration.
         logs: folder of the library's runs, for the help text.
-        agent_help: what --agent accepts besides a key.
+        agent_help: values that --agent accepts besides a key.
     """
     parser = Parser(description)
     parser.add_argument(
@@ -60,11 +60,13 @@ def task_parser(description: str | None, agent: str, logs: str, agent_help: str 
         required=True,
         help="id of the task (lift-lab list shows all), or MODULE:ID of your own",
     )
-    parser.add_argument("--agent", type=str, default=agent, help=f"key of the agent's configuration{agent_help}")
-    parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
-    parser.add_argument("--seed", type=int, default=None, help="seed of everything; -1 draws one")
     parser.add_argument(
-        "--num_threads", type=positive, default=None, help="CPU threads (default: all); no result depends on it"
+        "--agent", type=str, default=agent, help=f"key of the agent's configuration (default: {agent}){agent_help}"
+    )
+    parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
+    parser.add_argument("--seed", type=int, default=None, help="seed of all random numbers; -1 draws one")
+    parser.add_argument(
+        "--num_threads", type=positive, default=None, help="CPU threads (default: all); results do not depend on it"
     )
     parser.add_argument("--experiment_name", type=str, default=None, help=f"folder of the runs under {logs}")
     AppLauncher.add_app_launcher_args(parser)
@@ -97,24 +99,24 @@ def library_parser(library: Library | None, training: bool) -> tuple[Parser, Lib
     if training:
         parser.add_argument("--run_name", type=str, default=None, help="appended to the run's folder name")
         library.add_training_flags(parser)
-        text = "write io_descriptors/IO_descriptors.yaml beside the run: what the policy reads and drives"
+        text = "write io_descriptors/IO_descriptors.yaml to the run: inputs and outputs of the policy"
         parser.add_argument("--export_io_descriptors", action="store_true", help=text)
         parser.settings |= {"export_io_descriptors": ("env.export_io_descriptors",)}
         parser.add_argument("--ray-proc-id", "-rid", type=int, default=None, help=argparse.SUPPRESS)  # Isaac Lab's
-        text = "make videos while training, in a process of their own"
+        text = "record videos during the training, in another process"
         parser.add_argument("--video", action="store_true", help=text)
-        text = f"steps in a video (default: {VIDEO_LENGTH}); needs --video"
+        text = f"steps of a video (default: {VIDEO_LENGTH}); needs --video"
         parser.add_argument("--video_length", type=positive, default=None, help=text)
         text = f"steps between the starts of two videos (default: {VIDEO_INTERVAL}); needs --video"
         parser.add_argument("--video_interval", type=positive, default=None, help=text)
     else:
         library.add_playing_flags(parser)
         parser.add_argument("--steps", type=positive, default=None, help="environment steps (default: one episode)")
-        text = "run no faster than real time (--viewer does so by itself)"
+        text = "run no faster than real time"
         parser.add_argument("--real-time", action="store_true", help=text)
         text = "write an mp4 (default: beside the run)"
         parser.add_argument("--video", nargs="?", const="", default=None, metavar="FILE.mp4", help=text)
-        parser.add_argument("--video_length", type=positive, default=None, help="steps in the video, and to take")
+        parser.add_argument("--video_length", type=positive, default=None, help="steps of the video and of the run")
     _add_video_flags(parser)
     return parser, library
 
@@ -156,7 +158,7 @@ def _add_video_flags(parser: Parser) -> None:
     group = parser.add_argument_group("video", "eye, lookat, resolution, quality and more: env.viewer.NAME=VALUE")
     group.add_argument("--video_envs", type=positive, default=None, help="environments in the frame (default: 1)")
     group.add_argument(
-        "--video_camera", type=str, default=None, metavar="NAME", help="a camera of the scene instead of the free one"
+        "--video_camera", type=str, default=None, metavar="NAME", help="camera of the scene (default: the free camera)"
     )
     group.add_argument("--video_rewards", action="store_true", help="write the reward terms over the picture")
     parser.settings |= VIDEO_SETTINGS

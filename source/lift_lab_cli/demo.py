@@ -33,13 +33,15 @@ NUM_ENVS = 4
 
 def parse() -> tuple[argparse.Namespace, list[str]]:
     parser = cli.Parser(__doc__, multirun=False)
-    parser.add_argument("--task", default=TASK, help=f"any task with a pretrained policy (default: {TASK})")
-    parser.add_argument("--viewer", action="store_true", help="serve the viewer, also if there is no display here")
+    parser.add_argument("--task", default=TASK, help=f"task with a pretrained policy (default: {TASK})")
+    parser.add_argument("--viewer", action="store_true", help="start the viewer even without a display")
     parser.add_argument(
         "--video", nargs="?", const=FILM, default=None, metavar="FILE.mp4", help=f"write a film (default: {FILM})"
     )
     parser.add_argument("--port", type=int, default=None, help="port of the viewer (default: 8080 or any free one)")
-    parser.add_argument("--num_envs", type=positive, default=NUM_ENVS, help=f"environments (default: {NUM_ENVS})")
+    parser.add_argument(
+        "--num_envs", type=positive, default=NUM_ENVS, help=f"number of environments (default: {NUM_ENVS})"
+    )
     parser.add_argument(
         "--steps", type=positive, default=None, help="environment steps (default: a film of an episode)"
     )

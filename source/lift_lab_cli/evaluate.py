@@ -24,16 +24,18 @@ def parse():
     parser = task_parser(__doc__, "rsl_rl_cfg_entry_point", "logs/rsl_rl")
     parser.settings |= RslRl.flag_settings
     add_checkpoint_flags(parser)
-    parser.add_argument("--episodes", type=positive, default=100, help="whole episodes to count")
-    parser.add_argument("--success", type=str, default=None, help="module:function of (env) (default: the task's own)")
+    parser.add_argument("--episodes", type=positive, default=100, help="number of episodes (default: 100)")
+    parser.add_argument(
+        "--success", type=str, default=None, help="success function module:name, called with env (default: the task's)"
+    )
     parser.add_argument(
         "--perturb",
         action="extend",
         nargs="+",
         default=[],
         metavar="NAME=NUMBER",
-        help="change the task: mass=2 and friction=0.5 (factors), pose=1.5 (starts outside the trained range, within "
-        "this factor of it), delay=0.01 (of actions, in s); several act together",
+        help="change the task: mass=2 and friction=0.5 are factors, pose=1.5 starts outside the trained range up to "
+        "this factor, delay=0.01 delays actions by seconds; several can be combined",
     )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     overrides, words = split_overrides(sys.argv[1:])

@@ -117,8 +117,8 @@ class Library(abc.ABC):
 
     def add_training_flags(self, parser: Parser) -> None:
         """Add the flags of this library's trainings."""
-        parser.add_argument("--max_iterations", type=positive, default=None, help="rollouts")
-        parser.add_argument("--checkpoint", type=str, default=None, help="model to start from: path")
+        parser.add_argument("--max_iterations", type=positive, default=None, help="number of rollouts")
+        parser.add_argument("--checkpoint", type=str, default=None, help="path of a model to start from")
         _add_trust(parser)
 
     def check_training_flags(self, parser: Parser, args: argparse.Namespace) -> None:
@@ -131,9 +131,11 @@ class Library(abc.ABC):
         numbered, final = self.numbered_model[1], self.final_model[1]
         parser.add_argument("--checkpoint", type=str, default=None, help="path, or regular expression of the file name")
         parser.add_argument(
-            "--load_run", type=str, default=None, help="regular expression of the run (default: newest)"
+            "--load_run", type=str, default=None, help="regular expression of the run (default: the newest)"
         )
-        parser.add_argument("--use_last_checkpoint", action="store_true", help=f"the last {numbered}, not {final}")
+        parser.add_argument(
+            "--use_last_checkpoint", action="store_true", help=f"use the last {numbered} instead of {final}"
+        )
         parser.add_argument("--use_pretrained_checkpoint", action="store_true", help=argparse.SUPPRESS)  # Isaac Lab's
         _add_trust(parser)
 
@@ -281,5 +283,5 @@ def until_interrupted(train: Callable[[], Any]) -> int | None:
 
 def _add_trust(parser: Parser) -> None:
     parser.add_argument(
-        "--trust", action="store_true", help="read a checkpoint that holds pickled objects: this runs code in the file"
+        "--trust", action="store_true", help="read a checkpoint with pickled objects; this runs code in the file"
     )

@@ -24,9 +24,11 @@ _COLUMNS = ((0, 1, 2, 3), (0, 2, 3), (0, 3), (0,))
 
 def main() -> int:
     parser = cli.Parser(__doc__, multirun=False)
-    parser.add_argument("--keyword", type=str, default=None, help="show only ids that contain this, in any case")
+    parser.add_argument(
+        "--keyword", type=str, default=None, help="show only ids that contain this text; case is ignored"
+    )
     parser.add_argument("--describe", type=str, default=None, metavar="ID", help="show what a task is made of")
-    parser.add_argument("--module", type=str, default=None, help="show the tasks that a module of yours registers")
+    parser.add_argument("--module", type=str, default=None, help="also show the tasks that your module registers")
     args, overrides = parser.parse()
     if args.describe is not None and args.module is not None:
         parser.error(f"--describe takes the module, too: --describe {args.module}:ID")

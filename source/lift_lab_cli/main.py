@@ -27,10 +27,10 @@ COMMANDS = {
     "report": Command("report", "draw the curves and tables of trainings"),
     "list": Command("list_envs", "list the tasks"),
     "describe": Command("describe", "show what a task is made of"),
-    "benchmark": Command("benchmark", "measure how fast a task runs"),
+    "benchmark": Command("benchmark", "measure the speed of a task"),
     "demo": Command("demo", "show a pretrained policy at work, in a browser or as a film"),
     "port": Command("port", "port a package of Isaac Lab 2.x"),
-    "usd": Command("usd_info", "import a USD file and report what the importer made of it"),
+    "usd": Command("usd_info", "import a USD file and report the result"),
 }
 """Sub-commands by name, in the order of the help text."""
 

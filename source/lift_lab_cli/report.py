@@ -18,13 +18,19 @@ from lift_lab.app import cli
 
 def parse():
     parser = cli.Parser(__doc__, overrides=False)
-    parser.add_argument("runs", nargs="+", metavar="RUNS", help="folders, each possibly LABEL=FOLDER")
+    parser.add_argument("runs", nargs="+", metavar="RUNS", help="folders of runs, each as FOLDER or LABEL=FOLDER")
     parser.add_argument("--out", type=Path, required=True, help="folder for the report")
-    parser.add_argument("--results", type=Path, default=None, help="evaluations (default: results.json beside them)")
+    parser.add_argument(
+        "--results", type=Path, default=None, help="file of evaluations (default: results.json beside the runs)"
+    )
     parser.add_argument("--baseline", type=str, default=None, help="label that corresponds to the paper's baseline")
-    parser.add_argument("--curriculum", type=str, default=None, help="label that corresponds to its curriculum")
-    parser.add_argument("--tail", type=share, default=0.05, help="share of the iterations that is the end of training")
-    parser.add_argument("--smoothing", type=share, default=0.9, help="of the curves, from 0 to below 1")
+    parser.add_argument("--curriculum", type=str, default=None, help="label that corresponds to the paper's curriculum")
+    parser.add_argument(
+        "--tail", type=share, default=0.05, help="share of the last iterations in the means (default: 0.05)"
+    )
+    parser.add_argument(
+        "--smoothing", type=share, default=0.9, help="smoothing of the curves, from 0 to below 1 (default: 0.9)"
+    )
     parser.add_argument("--title", type=str, default="Curriculum against baseline", help="heading of the page")
     return parser.parse()[0]
 

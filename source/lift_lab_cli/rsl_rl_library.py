@@ -34,7 +34,7 @@ class RslRl(Library):
 
     name, package = "rsl_rl", "rsl_rl"
     training_help = "Train a policy with rsl_rl's PPO."
-    playing_help = "Run a trained policy, and export it."
+    playing_help = "Run a trained policy: film it, show it in a browser, export it."
     continues_runs = True
     flag_settings = {
         name: (f"agent.{name}",) for name in ("experiment_name", "run_name", "max_iterations", "load_run", "logger")
@@ -45,14 +45,12 @@ class RslRl(Library):
         parser.add_argument("--resume", action="store_true", help="continue an earlier run (default: the newest)")
         parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run to continue")
         parser.add_argument(
-            "--checkpoint", type=str, default=None, help="checkpoint to continue: path, latest, best or file name"
+            "--checkpoint", type=str, default=None, help="checkpoint to continue: path, latest, best, or a file name"
         )
         loggers = ["tensorboard", "wandb", "neptune"]
-        parser.add_argument("--logger", choices=loggers, default=None, help="where curves go")
+        parser.add_argument("--logger", choices=loggers, default=None, help="destination of the curves")
         parser.add_argument("--log_project_name", type=str, default=None, help="project name for wandb")
-        parser.add_argument(
-            "--distributed", action="store_true", help="share the gradients with the other processes of torchrun"
-        )
+        parser.add_argument("--distributed", action="store_true", help="train with the other processes of torchrun")
 
     def check_training_flags(self, parser: Parser, args: argparse.Namespace) -> None:
         pass

@@ -31,8 +31,12 @@ class Sb3(Library):
 
     def add_training_flags(self, parser: Parser) -> None:
         super().add_training_flags(parser)
-        parser.add_argument("--log_interval", type=positive, default=1, help="rollouts between two lines of the log")
-        parser.add_argument("--save_interval", type=positive, default=1000, help="environment steps between two models")
+        parser.add_argument(
+            "--log_interval", type=positive, default=1, help="rollouts between two lines of the log (default: 1)"
+        )
+        parser.add_argument(
+            "--save_interval", type=positive, default=1000, help="environment steps between two models (default: 1000)"
+        )
         parser.add_argument("--keep_all_info", action="store_true", help="put the environment's log into the infos")
 
     def check_numbers(self, cfg: dict[str, Any]) -> None:

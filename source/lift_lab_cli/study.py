@@ -1,4 +1,4 @@
-"""Train baseline and curriculum over seeds, evaluate each, and report: the whole study in one command.
+"""Train baseline and curriculum over seeds, evaluate each policy, and write a report.
 
 lift-lab study [--seeds 1 2 3] [--max_iterations N] [--processes 1] [flags] [overrides]
 
@@ -44,23 +44,32 @@ _DECIDED = {
 def parse():
     parser = cli.Parser(__doc__, multirun=False)  # a variant is a task in quotes
     parser.add_argument("--tasks", nargs="+", default=None, help="TASK, or 'LABEL=TASK from=LABEL@N override ...'")
-    parser.add_argument("--seeds", nargs="+", type=seed, default=[1, 2, 3], help="seeds of the trainings")
-    parser.add_argument("--name", type=folder_name, default="study", help="folder under logs/rsl_rl")
+    parser.add_argument(
+        "--seeds", nargs="+", type=seed, default=[1, 2, 3], help="seeds of the trainings (default: 1 2 3)"
+    )
+    parser.add_argument("--name", type=folder_name, default="study", help="folder under logs/rsl_rl (default: study)")
     parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of each training")
     parser.add_argument("--num_envs", type=positive, default=None, help="environments of each training")
-    parser.add_argument("--processes", type=positive, default=1, help="trainings at the same time")
-    parser.add_argument("--num_threads", type=positive, default=None, help="threads of each (default: an equal share)")
-    parser.add_argument("--device", type=str, default=None, help="torch device")
-    parser.add_argument("--episodes", type=positive, default=1000, help="episodes of each evaluation")
+    parser.add_argument("--processes", type=positive, default=1, help="trainings at the same time (default: 1)")
     parser.add_argument(
-        "--eval_seed", type=seed, default=1000, help="seed of every evaluation: all see the same starts"
+        "--num_threads", type=positive, default=None, help="CPU threads of each training (default: an equal share)"
     )
-    parser.add_argument("--checkpoint", choices=["latest", "best"], default="latest", help="what is evaluated")
+    parser.add_argument("--device", type=str, default=None, help="cpu, cuda:N or auto (default: a GPU if there is one)")
+    parser.add_argument("--episodes", type=positive, default=1000, help="episodes of each evaluation (default: 1000)")
+    parser.add_argument(
+        "--eval_seed",
+        type=seed,
+        default=1000,
+        help="seed of every evaluation, so all have the same starts (default: 1000)",
+    )
+    parser.add_argument(
+        "--checkpoint", choices=["latest", "best"], default="latest", help="checkpoint to evaluate (default: latest)"
+    )
     parser.add_argument(
         "--perturb", nargs="*", default=[], help="perturbations to evaluate, e.g. mass=2 delay=0.01; 'standard' for all"
     )
     parser.add_argument("--perturb_episodes", type=positive, default=None, help="episodes under each perturbation")
-    parser.add_argument("--no_report", action="store_true", help="leave the report out")
+    parser.add_argument("--no_report", action="store_true", help="write no report")
     overrides, words = split_overrides(sys.argv[1:])
     parser.settings |= {name: COMMON_SETTINGS[name] for name in ("num_envs", "device", "num_threads")}
     parser.settings["max_iterations"] = ("agent.max_iterations",)

@@ -1,4 +1,4 @@
-"""Import a USD file and say what became of it.
+"""Import a USD file and report the result.
 
 lift-lab usd FILE [--view PNG] [--mjcf XML] [--variant SET=NAME ...] [--strict]
 """
@@ -21,7 +21,7 @@ def main() -> int:
     parser.add_argument("--view", type=Path, default=None, metavar="PNG", help="write a picture of the initial state")
     parser.add_argument("--mjcf", type=Path, default=None, metavar="XML", help="write the model as MJCF")
     parser.add_argument("--variant", action="append", default=[], metavar="SET=NAME", help="choose a variant")
-    parser.add_argument("--strict", action="store_true", help="fail on physics that would be ignored")
+    parser.add_argument("--strict", action="store_true", help="fail if physics would be ignored")
     args, _ = parser.parse()
 
     from rich.console import Console

@@ -17,9 +17,13 @@ from .scripted import MOST_ENVS, SCRIPTED
 
 def add_watching_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the viewer and the replay."""
-    parser.add_argument("--viewer", action="store_true", help="show it live in a browser, on this machine only")
-    parser.add_argument("--port", type=int, default=None, help="port of the viewer (default: 8080); 0: any free one")
-    parser.add_argument("--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays it")
+    parser.add_argument("--viewer", action="store_true", help="show the policy live in a browser on this machine")
+    parser.add_argument(
+        "--port", type=int, default=None, help="port of the viewer (default: 8080); 0 takes any free one"
+    )
+    parser.add_argument(
+        "--replay", type=Path, default=None, metavar="FILE.html", help="write a page that plays the episode"
+    )
 
 
 def check_watching_flags(parser: cli.Parser, args: argparse.Namespace) -> None:

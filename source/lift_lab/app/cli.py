@@ -53,7 +53,7 @@ class Parser(argparse.ArgumentParser):
                 overrides.
         """
         epilog = (
-            "Everything else is an override of the task's configuration in hydra's grammar, e.g. "
+            "Other arguments are overrides of the task's configuration in hydra's grammar, e.g. "
             "env.episode_length_s=10 env.rewards.NAME.weight=20 env.events.NAME=null agent.seed=1"
         )
         first = (description or "").strip().partition("\n\n")[0]
@@ -63,7 +63,7 @@ class Parser(argparse.ArgumentParser):
         self.takes_overrides = overrides
         self.takes_multirun = overrides if multirun is None else multirun
         if self.takes_multirun:
-            text = "run once for each combination of the values that overrides list, as agent.seed=1,2"
+            text = "run once for each combination of listed values, as in agent.seed=1,2"
             self.add_argument("-m", "--multirun", action="store_true", help=text)
 
     def parse(self, argv: Sequence[str] | None = None) -> tuple[argparse.Namespace, list[str]]:

@@ -1,4 +1,4 @@
-"""Measure how fast a task runs: physics alone, and the whole environment with random actions, in one run.
+"""Measure the speed of a task: physics alone, and the whole environment with random actions.
 
 lift-lab benchmark --task Lift-Cube-Franka --num_envs 1024 --steps 200 [--json FILE] [overrides]
 lift-lab benchmark --suite scale|startup|gpu [--sizes 64,1024] [--json FILE] [overrides]
@@ -44,27 +44,27 @@ SUITE_TASK = "Lift-Cube-Franka-CL"
 def parse():
     parser = cli.Parser(__doc__)
     parser.add_argument("--task", type=str, default=None, help="id of the task")
-    parser.add_argument("--suite", choices=SUITES, default=None, help=f"a set of measurements (of {SUITE_TASK})")
+    parser.add_argument("--suite", choices=SUITES, default=None, help=f"set of measurements of {SUITE_TASK}")
     parser.add_argument("--num_envs", type=positive, default=None, help="number of environments")
     parser.add_argument("--steps", type=positive, default=None, help="environment steps to measure (default: 200)")
-    parser.add_argument("--seed", type=int, default=42, help="seed of environment and actions")
+    parser.add_argument("--seed", type=int, default=42, help="seed of environment and actions (default: 42)")
     parser.add_argument("--num_threads", type=positive, default=None, help="CPU threads (default: all)")
     parser.add_argument(
-        "--memory_steps", type=positive, default=None, help="steps, of all environments together, to watch memory for"
+        "--memory_steps", type=positive, default=None, help="steps over all environments during which memory is watched"
     )
-    parser.add_argument("--profile", action="store_true", help="show where the CPU time of a step goes, too")
+    parser.add_argument("--profile", action="store_true", help="also show the CPU time of each part of a step")
     parser.add_argument(
         "--profile_training",
         type=positive,
         default=None,
-        help="show where the CPU time of this many iterations of training goes",
+        help="show the CPU time of each part of this many training iterations",
     )
     parser.add_argument("--json", type=Path, default=None, help="file for the results")
     suites = parser.add_argument_group("suites")
     suites.add_argument("--sizes", type=sizes, default=None, help="numbers of environments, separated by commas")
     suites.add_argument("--plot", type=Path, default=None, help="file for the plot of the suite 'scale'")
     suites.add_argument("--train_seconds", type=positive, default=None, help="longest training of 'gpu' (default: 300)")
-    suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels anew, to time it")
+    suites.add_argument("--cold", action="store_true", help="suite 'gpu': compile the kernels again and time it")
     AppLauncher.add_app_launcher_args(parser)
     parser.settings |= COMMON_SETTINGS
     args, overrides = parser.parse()
