@@ -7,20 +7,27 @@ video.
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import signal
 import subprocess
+import tempfile
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+import torch
 
 from lift_lab.drawing import film
 from lift_lab.drawing.mp4 import Mp4Writer
 from lift_lab.envs.frame_capture import Frame, FrameCapture
 from lift_lab.utils.errors import LiftLabError
+
+_INLINE_FPS = 30
+"""Most frames per second of a video in a notebook."""
 
 
 class VideoError(LiftLabError, RuntimeError):
@@ -163,14 +170,7 @@ class RecordVideo(gym.Wrapper):
             self._begin_drawing()
             return
         source.unlink(missing_ok=True)
-        lines = errors.decode(errors="replace").strip().splitlines()
-        if process.returncode < 0:
-            reason = f"the drawing process was ended by {signal.Signals(-process.returncode).name}"
-        else:
-            # of a traceback the line that names the error
-            reason = next((line for line in reversed(lines) if not line.startswith((" ", "\t", ">"))), None)
-            reason = reason or f"the drawing process ended with status {process.returncode}"
-        self._give_up(f"'{video}' could not be drawn: {reason}")
+        self._give_up(f"'{video}' could not be drawn: {_reason(process.returncode, errors)}")
 
     def _give_up(self, problem: str) -> None:
         self.problem = problem
@@ -178,3 +178,88 @@ class RecordVideo(gym.Wrapper):
             source.unlink(missing_ok=True)
         self._waiting.clear()
         self._say(f"warning: {problem}; no more videos")
+
+
+@dataclass(frozen=True)
+class InlineVideo:
+    """A video that a notebook shows where it is the last value of a cell."""
+
+    data: bytes
+    """Content of an mp4 file."""
+
+    def save(self, path: str | Path) -> Path:
+        """Write the mp4 file. Returns its path."""
+        path = Path(path)
+        path.write_bytes(self.data)
+        return path
+
+    def _repr_html_(self) -> str:
+        source = base64.b64encode(self.data).decode()
+        return f'<video controls autoplay loop muted playsinline src="data:video/mp4;base64,{source}"></video>'
+
+    def __repr__(self) -> str:
+        return f"InlineVideo({len(self.data) / 1e3:.0f} kB)"
+
+
+def show_video(
+    env: Any,
+    policy: Callable[[Any], torch.Tensor] | None = None,
+    steps: int = 200,
+    resolution: tuple[int, int] = (640, 360),
+) -> InlineVideo:
+    """Reset an environment, let a policy act, and film it: one line in a notebook.
+
+    What is seen is in ``env.cfg.viewer``. The film has at most 30 frames a second of simulated time.
+
+    Args:
+        env: a manager-based environment, possibly inside wrappers of gymnasium's or rsl_rl's.
+        policy: returns actions, shape (num_envs, num_actions), for the observations that ``env.step`` returns. A method
+            ``reset(dones)`` is called after each step. None for zero actions.
+        steps: environment steps.
+        resolution: width and height in pixels.
+
+    Raises:
+        VideoError: PyAV is not installed, ``steps`` is not positive, or the film cannot be drawn.
+        ConfigError: the viewer names an environment, asset or body that does not exist.
+    """
+    require_video()
+    if steps < 1:
+        raise VideoError(f"show_video: steps must be positive, got {steps}")
+    inner = env.unwrapped
+    capture, fps = FrameCapture(inner, resolution), inner.metadata["render_fps"]
+    every = max(1, round(fps / _INLINE_FPS))
+    zeros = torch.zeros(inner.num_envs, inner.action_manager.total_action_dim, device=inner.device)
+    with torch.inference_mode():
+        obs, _ = env.reset()
+        frames = [capture.frame()]
+        for step in range(1, steps + 1):
+            obs, _, dones, *others = env.step(zeros.clone() if policy is None else policy(obs))
+            if len(others) == 2:  # gymnasium's terminated and truncated, not rsl_rl's dones
+                dones = dones | others[0]
+            if hasattr(policy, "reset"):
+                policy.reset(dones)  # type: ignore[union-attr]
+            if step % every == 0:
+                frames.append(capture.frame())
+    with tempfile.TemporaryDirectory() as folder:
+        source, video = Path(folder, f"a{film.SUFFIX}"), Path(folder, "a.mp4")
+        capture.film(frames, fps / every).save(source)
+        process = film.start(source, video, background=False)
+        try:
+            _, errors = process.communicate()
+        except BaseException:  # Ctrl-C, or the notebook's stop button
+            process.kill()
+            process.wait()
+            raise
+        if process.returncode != 0:
+            raise VideoError(f"the video cannot be drawn: {_reason(process.returncode, errors)}")
+        return InlineVideo(video.read_bytes())
+
+
+def _reason(status: int, errors: bytes) -> str:
+    """Why a process that draws has failed, in one line."""
+    if status < 0:
+        return f"the drawing process was ended by {signal.Signals(-status).name}"
+    lines = errors.decode(errors="replace").strip().splitlines()
+    # of a traceback the line that names the error
+    found = next((line for line in reversed(lines) if not line.startswith((" ", "\t", ">"))), None)
+    return found or f"the drawing process ended with status {status}"

@@ -51,14 +51,19 @@ class Frame:
 class FrameCapture:
     """Takes frames of the environments that ``env.cfg.viewer`` names."""
 
-    def __init__(self, env: ManagerBasedEnv):
+    def __init__(self, env: ManagerBasedEnv, resolution: tuple[int, int] | None = None):
         """Choose environments and camera.
+
+        Args:
+            env: the environment.
+            resolution: width and height of a frame in pixels; None for the viewer's.
 
         Raises:
             ConfigError: the viewer names an environment, origin, asset, body or camera that does not exist.
         """
         self._env, self._viewer = env, env.cfg.viewer.copy()
         viewer = self._viewer
+        viewer.resolution = viewer.resolution if resolution is None else resolution
         if not 0 <= viewer.env_index < env.num_envs:
             raise ConfigError(f"viewer.env_index {viewer.env_index} is not within the {env.num_envs} environments")
         if not 1 <= viewer.num_envs <= env.num_envs:

@@ -10,12 +10,15 @@ from .parse_cfg import (
     registered_tasks,
     task_kwargs,
 )
+from .policies import LoadedPolicy, load_policy
 
 __all__ = [
+    "LoadedPolicy",
     "get_checkpoint_path",
     "import_packages",
     "import_task_module",
     "load_cfg_from_registry",
+    "load_policy",
     "num_envs_for_device",
     "parse_env_cfg",
     "registered_tasks",
