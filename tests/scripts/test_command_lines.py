@@ -3,6 +3,8 @@
 import filecmp
 import json
 
+import mujoco
+import onnx
 import pytest
 import torch
 
@@ -95,9 +97,13 @@ def test_playing_exports_the_policy_beside_its_checkpoint(script, place):
     flags = ["--task", "Lift-Cube-Franka-Play", "--device", "cpu", "--num_envs", 2, "--steps", 3]
     status, _, _ = script("rsl_rl/play.py", *flags, "--checkpoint", checkpoint)
     assert status == 0
-    assert (checkpoint.parent / "exported" / "policy.onnx").is_file()
-    policy = torch.jit.load(str(checkpoint.parent / "exported" / "policy.pt"))
+    exported = checkpoint.parent / "exported"
+    policy = torch.jit.load(str(exported / "policy.pt"))
     assert policy(torch.zeros(2, 36)).shape == (2, 8)
+    texts = {prop.key: prop.value for prop in onnx.load(exported / "policy.onnx").metadata_props}
+    assert (texts["task"], texts["iteration"]) == ("Lift-Cube-Franka-Play", "4")
+    assert (texts["run_path"], texts["checkpoint"]) == (checkpoint.parent.name, "model_4.pt")
+    assert mujoco.MjModel.from_xml_path(str(exported / "scene.xml")).key("initial").id == 0
 
 
 def test_the_benchmark_measures_engine_and_environment(script, place):

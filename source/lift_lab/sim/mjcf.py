@@ -14,7 +14,9 @@ INITIAL_KEY = "initial"
 """Name of the keyframe with the initial state."""
 
 
-def write_mjcf(spec: mujoco.MjSpec, path: str | Path, initial_qpos: np.ndarray, initial_qvel: np.ndarray) -> list[Path]:
+def write_mjcf(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, path: str | Path, initial_qpos: np.ndarray, initial_qvel: np.ndarray
+) -> list[Path]:
     """Write a scene as MJCF: bodies, actuators and solver settings of one environment.
 
     Names are those of the scene: ``robot/panda_joint1`` is a joint of the entity ``robot``. A keyframe ``initial``
@@ -22,6 +24,7 @@ def write_mjcf(spec: mujoco.MjSpec, path: str | Path, initial_qpos: np.ndarray, 
 
     Args:
         spec: the scene's spec; left as it is.
+        model: the model that was compiled from it.
         path: of the ``.xml`` file; its folder is made. Files that the scene needs, such as textures, go beside it.
         initial_qpos: MuJoCo's positions, shape (nq,).
         initial_qvel: MuJoCo's velocities, shape (nv,).
@@ -36,7 +39,6 @@ def write_mjcf(spec: mujoco.MjSpec, path: str | Path, initial_qpos: np.ndarray, 
     path = Path(path)
     copy = spec.copy()
     try:
-        model = copy.compile()
         ctrl = _holding_ctrl(model, initial_qpos)
         copy.add_key(name=INITIAL_KEY, qpos=initial_qpos, qvel=initial_qvel, ctrl=ctrl)
         copy.compile()

@@ -311,7 +311,7 @@ class SimulationContext(Stateless):
             raise PhysicsError("the simulation has not started: call sim.reset() after building the scene")
         from .mjcf import write_mjcf
 
-        return write_mjcf(self._scene.spec, path, *self._initial_state)
+        return write_mjcf(self._scene.spec, self.model, path, *self._initial_state)
 
     def step(self, render: bool = True) -> None:
         """Advance one physics step. ``render`` is Isaac Lab's; frames are drawn by :meth:`render` alone."""

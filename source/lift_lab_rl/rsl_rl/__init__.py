@@ -7,8 +7,8 @@ from .distillation_cfg import (
     RslRlDistillationStudentTeacherCfg,
     RslRlDistillationStudentTeacherRecurrentCfg,
 )
+from .export_metadata import policy_metadata
 from .exporter import export_policy_as_jit, export_policy_as_onnx
-from .policy_metadata import policy_metadata
 from .ppo import LiftLabPPO
 from .rl_cfg import (
     RslRlBaseRunnerCfg,

@@ -32,11 +32,11 @@ from lift_lab_rl.threads import use_one_torch_thread
 from .best_policy import BEST, BestPolicy
 from .checkpoint_file import read_checkpoint
 from .ema import LAST, acting_policy
+from .export_metadata import policy_metadata
 from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .finite_guard import FiniteGuard
 from .gaussian import action_std
 from .model_file import load_infos, load_networks, model_content
-from .policy_metadata import policy_metadata
 from .ppo import LiftLabPPO
 from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
