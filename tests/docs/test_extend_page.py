@@ -48,6 +48,7 @@ def test_the_blocks_of_python_run_as_one_file(tmp_path):
     done = subprocess.run([sys.executable, "mine.py"], cwd=tmp_path, env=env, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
     assert "'near_the_middle', 'action_change'] [1.0, 1.0, 0.5]" in done.stdout  # the pole's mass is 0.5 kg
+    assert "effort after a step: [75.0, 75.0, 75.0, 75.0]" in done.stdout  # 100 N, half the way in each of two steps
 
 
 @pytest.mark.parametrize("row", ROWS, ids=[f"{row[1]}.{row[0]}".replace("`", "") for row in ROWS])
