@@ -28,7 +28,11 @@ TASK = "Lift-Cube-Franka-CL-Play"
 FILM = "lift_demo.mp4"
 """File of the film, in the current folder, unless --video names another."""
 
-NUM_ENVS = 4
+GOAL_SECONDS = 1.6
+"""Time between two goals. Tasks draw one an episode, which leaves little to see of a policy that is fast."""
+
+VIEWER_ENVS, FILM_ENVS = 4, 1
+"""Environments that are shown, unless --num_envs says how many."""
 
 
 def parse() -> tuple[argparse.Namespace, list[str]]:
@@ -39,15 +43,13 @@ def parse() -> tuple[argparse.Namespace, list[str]]:
         "--video", nargs="?", const=FILM, default=None, metavar="FILE.mp4", help=f"write a film (default: {FILM})"
     )
     parser.add_argument("--port", type=int, default=None, help="port of the viewer (default: 8080 or any free one)")
-    parser.add_argument(
-        "--num_envs", type=positive, default=NUM_ENVS, help=f"number of environments (default: {NUM_ENVS})"
-    )
-    parser.add_argument(
-        "--steps", type=positive, default=None, help="environment steps (default: a film of an episode)"
-    )
+    text = f"number of environments (default: {VIEWER_ENVS} in the viewer, {FILM_ENVS} in a film)"
+    parser.add_argument("--num_envs", type=positive, default=None, help=text)
+    text = "environment steps (default: until Ctrl-C in the viewer, one episode in a film)"
+    parser.add_argument("--steps", type=positive, default=None, help=text)
     parser.add_argument("--seed", type=int, default=None, help="seed of the starts and goals")
     AppLauncher.add_app_launcher_args(parser)
-    parser.settings |= {name: COMMON_SETTINGS[name] for name in ("num_envs", "seed", "device")}
+    parser.settings |= {name: COMMON_SETTINGS[name] for name in ("seed", "device")}
     args, overrides = parser.parse()
     if args.video is not None and "=" in args.video:  # an override behind a --video without a file
         args.video, overrides = FILM, [args.video, *overrides]
@@ -72,6 +74,7 @@ def main() -> int:
     find_pretrained(args.task)
     can_show, can_film = (importlib.util.find_spec(name) is not None for name in ("viser", "av"))
     asked = args.viewer or args.port is not None
+    overrides = [*goal_overrides(args.task, overrides), *overrides]
     if asked or (args.video is None and can_show and has_display()):
         return show(args, overrides)
     if not can_film and not can_show:
@@ -81,6 +84,21 @@ def main() -> int:
         more = "; --viewer serves the browser's page all the same" if can_show else ""
         print(f"writing a film, because {reason}{more}")
     return film(args, overrides, Path(args.video or FILM))
+
+
+def goal_overrides(task: str, overrides: list[str]) -> list[str]:
+    """Overrides that give every command of a task a new goal after :data:`GOAL_SECONDS`.
+
+    Args:
+        task: id of the task.
+        overrides: the user's; a command that they set is left alone.
+    """
+    from lift_lab_tasks.utils import load_cfg_from_registry
+
+    commands = getattr(load_cfg_from_registry(task, "env_cfg_entry_point"), "commands", None)
+    names = [name for name, term in vars(commands or object).items() if hasattr(term, "resampling_time_range")]
+    free = [name for name in names if not any(f"env.commands.{name}" in text for text in overrides)]
+    return [f"env.commands.{name}.resampling_time_range=[{GOAL_SECONDS},{GOAL_SECONDS}]" for name in free]
 
 
 def has_display() -> bool:
@@ -103,8 +121,21 @@ def show(args: argparse.Namespace, overrides: list[str]) -> int:
     words += ["--steps", str(args.steps)] if args.steps else []
     parser, _ = library_parser(RslRl(), training=False)
     played, _ = parser.parse(words)
-    played.flag_settings = args.flag_settings
+    played.flag_settings = [*args.flag_settings, *number_of_envs(args, overrides, VIEWER_ENVS, "env.scene.num_envs")]
     return watch(played, overrides, open_page if has_display() else None)
+
+
+def number_of_envs(args: argparse.Namespace, overrides: list[str], usual: int, *paths: str) -> list[cli.FlagSetting]:
+    """Settings for the number of environments.
+
+    Args:
+        args: flags.
+        overrides: the user's; without --num_envs they decide.
+        usual: the number without either.
+        paths: entries that hold it.
+    """
+    free = [path for path in paths if args.num_envs or not any(text.startswith(f"{path}=") for text in overrides)]
+    return [cli.FlagSetting("--num_envs", path, args.num_envs or usual) for path in free]
 
 
 def open_page(address: str) -> None:
@@ -137,8 +168,8 @@ def film(args: argparse.Namespace, overrides: list[str], file: Path) -> int:
 
     require_video()
     check_target(file)
-    args.flag_settings.append(cli.FlagSetting("--num_envs", "env.viewer.num_envs", args.num_envs))
-    settings = Settings(args.task, "rsl_rl_cfg_entry_point", overrides, args.flag_settings)
+    sizes = number_of_envs(args, overrides, FILM_ENVS, "env.scene.num_envs", "env.viewer.num_envs")
+    settings = Settings(args.task, "rsl_rl_cfg_entry_point", overrides, [*args.flag_settings, *sizes])
     settings.resolve()
     with contextlib.suppress(ConfigError):  # not every task says what success is
         add_success_probe(settings.env, task_kwargs(args.task).get("success"))
@@ -154,15 +185,18 @@ def film(args: argparse.Namespace, overrides: list[str], file: Path) -> int:
         runner.load_policy(str(checkpoint))
         policy = runner.get_inference_policy(device=settings.agent.device)
         success = SuccessCounter(made.unwrapped)
-        print(f"policy: {checkpoint}")
+        print(f"policy: {checkpoint}", flush=True)
+        succeeded: set[int] = set()
         obs, _ = env.reset()
         with torch.inference_mode():
             for _ in range(steps):
                 obs, _, dones, _ = env.step(policy(obs).to(env.device))
                 policy.reset(dones)
+                succeeded |= {number for number in range(env.num_envs) if success.has_succeeded(number)}
                 success.note(dones)
-        if success.rate is not None:
-            print(f"success: {round(success.rate * success.episodes)} of {success.episodes} episodes")
+        if success.is_known:
+            print(f"success: in {len(succeeded)} of {env.num_envs} environments")
+        print(f"{steps} frames are drawn, about 0.1 s each without a GPU", flush=True)
     finally:
         made.close()
     if made.problem is not None:

@@ -114,7 +114,7 @@ def test_without_a_display_or_viewer_it_is_a_film(call, without, monkeypatch, tm
     assert (status, err) == (0, "")
     reason = "there is no display" if has_viewer else "viser is not installed (pip install 'lift-lab[viewer]')"
     assert out.startswith(f"writing a film, because {reason}")
-    assert "success: " in out
+    assert "success: in 0 of 2 environments\n2 frames are drawn" in out
     assert out.endswith("film: lift_demo.mp4\n")
     assert [path.name for path in tmp_path.iterdir()] == ["lift_demo.mp4"]
     import av
@@ -134,3 +134,12 @@ def test_a_film_that_cannot_be_drawn_is_one_line(call, monkeypatch, tmp_path):
     assert err.endswith("; lift-lab demo --viewer needs only a browser\n")
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_goals_change_often_unless_the_user_says_how_often():
+    import lift_lab_tasks  # noqa: F401
+
+    goals = ["env.commands.object_pose.resampling_time_range=[1.6,1.6]"]
+    assert demo.goal_overrides("Lift-Cube-Franka-CL", ["env.seed=1"]) == goals
+    assert demo.goal_overrides("Lift-Cube-Franka-CL", ["env.commands.object_pose.resampling_time_range=[3,4]"]) == []
+    assert demo.goal_overrides("Cartpole", []) == []
