@@ -102,7 +102,9 @@ def show(task: str, checkpoint: Path, summary: dict) -> None:
     from lift_lab_rl.episode_logs import FAILURES
     from lift_lab_rl.scalar_names import SUCCESS_RATE
 
-    table = Table("measure", "value", title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
+    table = Table(title=f"{task}, {checkpoint.parent.name}/{checkpoint.name}", title_justify="left")
+    for name in ("measure", "value"):
+        table.add_column(name, overflow="fold")
     for count, rate in summary["success_rate"].items():
         low, high = summary["success_rate_interval"][count]
         text = f"{round(rate * int(count))} of {count} ({rate:.1%}, 95 % interval {low:.1%} to {high:.1%})"

@@ -103,6 +103,15 @@ def test_a_renamed_term_is_one_line_with_what_was_looked_for_and_what_there_is()
     )
 
 
+def test_the_time_to_success_is_not_missed_where_nothing_succeeded():
+    runs = group("mine", [tag for tag in TAGS if "time_to_success" not in tag])
+    (line,) = missing_scalars([runs], {}, PAPER)
+    assert "time_to_success_s (Time to Success)" in line
+    steps, values = runs.runs[0].scalars["Metrics/success_rate"]
+    runs.runs[0].scalars["Metrics/success_rate"] = (steps, 0.0 * values)
+    assert missing_scalars([runs], {}, PAPER) == []
+
+
 def test_what_an_evaluation_lacks_for_a_claim_is_named():
     results = {"runs": [{"label": "mine", "evaluation": evaluation(1.0, [*LOGS[1:], "Metrics/jerk"])}]}
     (line,) = missing_scalars([group("mine")], results, PAPER)

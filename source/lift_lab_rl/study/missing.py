@@ -26,15 +26,24 @@ def missing_scalars(groups: Sequence[Group], results: dict[str, Any], paper: Pap
     """
     lines = []
     for group in groups:
-        wanted = {figure.tags: _name(figure.number, figure.title) for figure in (*paper.figures, *paper.further)}
-        lines += _lines(f"the runs of '{group.label}'", wanted, group.tags(), wanted)
+        figures = (*paper.figures, *paper.further)
+        known = [figure.tags for figure in figures]
+        never = _never_succeeded(group, paper)
+        wanted = {f.tags: _name(f.number, f.title) for f in figures if not (never and f.needs_success)}
+        lines += _lines(f"the runs of '{group.label}'", wanted, group.tags(), known)
         evaluations = [run["evaluation"] for run in results.get("runs", []) if run["label"] == group.label]
         logs = {key for entry in evaluations if entry for key in entry.get("logs", {})}
         if logs:
             claims = [(claim.tag.removeprefix(_EVALUATION), claim) for claim in paper.claims]
             in_logs = {(tag,): f"'{claim.text}'" for tag, claim in claims if tag != claim.tag and "/" in tag}
-            lines += _lines(f"the evaluations of '{group.label}'", in_logs, logs, wanted)
+            lines += _lines(f"the evaluations of '{group.label}'", in_logs, logs, known)
     return lines
+
+
+def _never_succeeded(group: Group, paper: Paper) -> bool:
+    """Whether the runs log success, and no episode had any."""
+    curves = [curve for run in group.runs if (curve := run.find(paper.success_tags)) is not None]
+    return bool(curves) and not any((values > 0).any() for _, values in curves)
 
 
 def _name(number: int, title: str) -> str:

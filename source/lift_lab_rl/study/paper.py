@@ -18,6 +18,8 @@ class Figure:
     baseline: float | None = None
     """The paper's value at the end of the baseline's training; None if the text has none."""
     curriculum: float | None = None
+    needs_success: bool = False
+    """Whether the scalar is written only after an episode with success."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ _OBJECT = "Metrics/object_pose"
 
 _FURTHER = (
     Figure(0, "Success Rate", (SUCCESS_RATE,), "of training episodes"),
-    Figure(0, "Time to Success", (f"{_OBJECT}/time_to_success_s",), "s"),
+    Figure(0, "Time to Success", (f"{_OBJECT}/time_to_success_s",), "s", needs_success=True),
     Figure(0, "Squared Action Change", (f"{_OBJECT}/squared_action_change",), "per step", 5.0, 0.624),
     Figure(0, "Mean Squared Joint Acceleration", (f"{_OBJECT}/squared_joint_acceleration",), "(rad/s²)²"),
     Figure(0, "First Pick Dropped", (f"{_OBJECT}/first_pick_drop",), "of training episodes"),
