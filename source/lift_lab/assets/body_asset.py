@@ -291,6 +291,14 @@ class BodyAsset(AssetBase):
 
     # -- wrenches
 
+    @property
+    def external_wrench_b(self) -> torch.Tensor:
+        """External forces in N and torques in N m about the centres of mass, in the bodies' link frames.
+
+        Shape (num_envs, num_bodies, 6), force first. Read it only: :meth:`set_external_force_and_torque` writes it.
+        """
+        return self._force_b
+
     def set_external_force_and_torque(
         self,
         forces: Values,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,10 @@ class World:
     def shift(self) -> np.ndarray:
         """Offset added to world positions where they are drawn, in m, shape (3,)."""
         return self._shift.copy()
+
+    def from_drawn(self, point: Sequence[float]) -> np.ndarray:
+        """Position in the world of a point of the picture, in m, shape (3,)."""
+        return np.asarray(point, dtype=float) - self._shift
 
     def move(self, shift: np.ndarray) -> None:
         """Draw the world shifted by a vector in m, shape (3,)."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .goals import GoalControl
+from .keys import Key, add_keys, key_table
 from .plots import ALL, LivePlot
 from .scene import ViewerScene
 
@@ -59,6 +60,7 @@ class Panel:
         self._told = choices[-1]
         self._gui = gui = server.gui
         self._goals: list[Any] = []
+        self._last_followed: str | None = None
         self.switches: dict[str, Any] = {}
         """Checkbox of everything that can be shown and hidden."""
         gui.configure_theme(show_share_button=False)
@@ -70,12 +72,14 @@ class Panel:
             self._add_run()
             self._add_policy(choices)
             self.episode = gui.add_html("")
+            self._keys = gui.add_folder("Keys and mouse", expand_by_default=False)
         with tabs.add_tab("View"):
             self._add_view(num_envs, scene)
         with tabs.add_tab("Plots"):
             self._add_plots(plot)
         with tabs.add_tab("Values"):
             self.figures = gui.add_html("")
+        self._add_keys(num_envs, scene)
 
     def _add_goals(self, goals: GoalControl) -> None:
         gui = self._gui
@@ -171,6 +175,45 @@ class Panel:
             )
             scale.on_update(lambda event: post("force_scale", event.target.value))
 
+    def _add_keys(self, num_envs: int, scene: ViewerScene) -> None:
+        post = self._post
+        keys = [
+            Key("space", "Pause or go on", lambda: post("pause")),
+            Key("O", "One step", lambda: post("step")),
+            Key("R", "Reset all environments", lambda: post("reset")),
+            Key("F", "Follow the robot, or stop following", lambda: self._toggle_follow(scene)),
+            Key("V", "Reset the view", lambda: post("view")),
+        ]
+        if num_envs > 1:
+            keys += [
+                Key("N", "Next environment", lambda: self._change_env(1, num_envs)),
+                Key("P", "Previous environment", lambda: self._change_env(-1, num_envs)),
+            ]
+        switches = {
+            "I": ("Show only this environment", ("only_env",)),
+            "C": ("Show contact points and forces", ("contact_points", "contact_forces")),
+            "L": ("Show colliders", ("colliders",)),
+            "X": ("Show frames", ("frames",)),
+            "M": ("Show markers", ("commands", "actions", "sensors")),
+        }
+        for key, (label, names) in switches.items():
+            here = [self.switches[name] for name in names if name in self.switches]
+            if here:
+                keys.append(Key(key, label, lambda here=here: _toggle(here)))
+        add_keys(self._gui, keys)
+        with self._keys:
+            self._gui.add_html(key_table(keys))
+
+    def _change_env(self, by: int, num_envs: int) -> None:
+        self.env.value = (int(self.env.value) + by) % num_envs  # its own callback posts the environment
+
+    def _toggle_follow(self, scene: ViewerScene) -> None:
+        if self.follow.value == FOLLOW_NOTHING:
+            self.follow.value = self._last_followed or scene.default_body or FOLLOW_NOTHING
+        else:
+            self._last_followed = self.follow.value
+            self.follow.value = FOLLOW_NOTHING
+
     def _add_switches(self, scene: ViewerScene, names: tuple[str, ...]) -> None:
         for name in names:
             if name in scene.shown:
@@ -210,3 +253,10 @@ class Panel:
             self.newest.visible = len(choices) > 1
         if current != self._told:  # what the user has just chosen stays until it acts or fails
             self._told = self.policy.value = current
+
+
+def _toggle(switches: list[Any]) -> None:
+    """Turn all on, or off if one is on."""
+    shown = not any(switch.value for switch in switches)
+    for switch in switches:
+        switch.value = shown

@@ -58,6 +58,17 @@ class ViewerScene:
             name: i for i, name in enumerate(names) if i and physics.model.body_weldid[i] != 0
         }
         """Bodies that a camera can follow: name -> id."""
+        self.default_body: str | None = self._default_body()
+        """The body to follow unless another is chosen; None if nothing moves."""
+
+    def _default_body(self) -> str | None:
+        """Root of the first robot, its last body where the root is fixed; else the first body that moves."""
+        for robot in self._env.scene.articulations.values():
+            names = [self.body_names[i] for i in robot.engine_body_ids]
+            moving = [name for name in names if name in self.moving]
+            if moving:
+                return moving[0] if moving[0] == names[0] else moving[-1]
+        return next(iter(self.moving), None)
 
     def show(self, what: str, shown: bool) -> None:
         """Show or hide something.

@@ -13,6 +13,7 @@ from lift_lab.app import endings
 from lift_lab.utils.errors import ConfigError, LiftLabError, suggest
 
 from . import tables
+from .drag import MODIFIER, BodyPuller
 from .goals import GoalControl
 from .panel import FOLLOW_NOTHING, FORCE_SCALES, SPEEDS, Panel
 from .plots import LivePlot
@@ -26,6 +27,8 @@ FIGURES_EVERY_S = 0.25
 """Time between updates of the panel's values and plots."""
 CHECKPOINTS_EVERY_S = 1.0
 """Time between looks into the run's folder."""
+_CHANGE_THE_TASK = {"goal", "reset"}
+"""What changes observations when the page asks for it."""
 _LONGEST_DELAY_S = 0.25
 """A simulation slower than real time forgets what it is behind beyond this."""
 
@@ -49,6 +52,8 @@ class ViewerSession:
         self._goals = GoalControl(self._inner.command_manager)
         self._scene = ViewerScene(self._inner, server)
         self._plot = LivePlot(self._inner)
+        self._puller = BodyPuller(self._inner)
+        self._listen_to_drags()
         self._panel = Panel(
             server, self._post, env.num_envs, self._goals, self._policy.choices(), self._scene, self._plot
         )
@@ -84,8 +89,9 @@ class ViewerSession:
             pending = False
             while not self._stopping and (max_steps is None or self.steps < max_steps):
                 now = time.perf_counter()
-                if self._answer():
-                    obs, pending = self._env.get_observations(), True
+                if asked := self._answer():
+                    pending = True
+                    obs = self._env.get_observations() if asked & _CHANGE_THE_TASK else obs
                 if (not self._paused and now >= due) or self._single:
                     obs, pending, self._single = self._step(obs), True, False
                     pace = self._inner.step_dt / self._speed if self._speed else 0.0
@@ -121,7 +127,9 @@ class ViewerSession:
             time.sleep(min(left, longest))
 
     def _step(self, obs: Any) -> Any:
+        self._puller.before_step()
         obs, _, dones, _ = self._env.step(self._policy.act(obs).to(self._env.device))
+        self._puller.after_step(dones)
         self._policy.reset(dones)
         self._success.note(dones)
         self._plot.record()
@@ -132,20 +140,38 @@ class ViewerSession:
         self._scene.draw()
         self.draws += 1
 
+    def _listen_to_drags(self) -> None:
+        handles = self._scene.bodies.moving_bodies
+        for body_id in self._puller.body_ids:
+            if body_id in handles:
+                self._listen_to(handles[body_id], body_id)
+
+    def _listen_to(self, handle: Any, body_id: int) -> None:
+        async def note(event: Any) -> None:  # a coroutine, so that viser keeps the order of events
+            if event.phase == "start":
+                self._post("grab", event.instance_index or 0, body_id, event.start_position)
+            if event.phase == "end":
+                self._post("let_go")
+            else:
+                self._post("pull", event.end_position)
+
+        handle.on_drag("left", modifier=MODIFIER)(note)
+
     # -- what the page asked for
 
-    def _answer(self) -> bool:
-        """Do everything that was asked; returns whether there was anything."""
+    def _answer(self) -> set[str]:
+        """Do everything that was asked; returns the names of what it was."""
         asked = []
         while not self._asked.empty():
             asked.append(self._asked.get())
         for i, (name, values) in enumerate(asked):
-            if name != "goal" or all(later != "goal" for later, _ in asked[i + 1 :]):  # a slider's last position counts
+            is_latest = all(later != name for later, _ in asked[i + 1 :])
+            if is_latest or name not in ("goal", "pull"):  # only the last position of a slider or of the mouse counts
                 try:
                     getattr(self, f"_do_{name}")(*values)
                 except LiftLabError as error:
                     self._report(str(error))
-        return bool(asked)
+        return {name for name, _ in asked}
 
     def _do_pause(self) -> None:
         self._paused = not self._paused
@@ -158,6 +184,7 @@ class ViewerSession:
 
     def _do_reset(self) -> None:
         self._env.reset()
+        self._puller.forget_motion()
         self._success.forget()
 
     def _report(self, problem: str) -> None:
@@ -197,6 +224,17 @@ class ViewerSession:
         if term != self._plot.term:
             self._plot.choose(self._plot.group, term)
 
+    def _do_grab(self, instance: int, body_id: int, point: tuple[float, float, float]) -> None:
+        shown = self._scene.bodies.shown_envs
+        if instance in range(len(shown)):
+            self._puller.grab(shown[instance], body_id, self._scene.world.from_drawn(point))
+
+    def _do_pull(self, point: tuple[float, float, float]) -> None:
+        self._puller.move(self._scene.world.from_drawn(point))
+
+    def _do_let_go(self) -> None:
+        self._puller.let_go()
+
     def _do_goal(self, values: list[float] | None) -> None:
         self._goals.release() if values is None else self._goals.fix(values)
 
@@ -231,5 +269,8 @@ class ViewerSession:
         contacts = tables.contacts(self._scene.last_contacts, self._scene.body_names)
         self._panel.figures.content = tables.join(contacts, tables.rewards(env, env_id), tables.curriculum(env))
         lines = [f"**{self._title}** · {self._policy.current} · environment {env_id} of {self._env.num_envs}"]
+        if (pull := self._puller.pull) is not None:
+            name, force_n = self._scene.body_names[pull.body_id], float(self._puller.force.norm())
+            lines.append(f"pulling {name} of environment {pull.env_id} with {force_n:.1f} N")
         lines += [f"⚠ {text}" for text in (self._problem, self._policy.warning()) if text]
         self._panel.status.content = "\n\n".join(lines)

@@ -30,3 +30,17 @@ def session(env):
     session._do_speed("as fast as possible")
     yield session
     server.stop()
+
+
+@pytest.fixture
+def go(env, session):
+    """Takes environment steps in the session: all but the first call go on where the last one ended."""
+    reset = env.reset
+
+    def go(steps):
+        session.run(session.steps + steps)
+        session._env.reset = lambda: (env.get_observations(), {})
+
+    yield go
+    env.__dict__.pop("reset", None)
+    assert env.reset == reset

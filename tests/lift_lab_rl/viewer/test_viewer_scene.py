@@ -138,3 +138,38 @@ def test_every_control_says_what_it_does(session):
     inputs = [h for h in gui._gui_input_handle_from_uuid.values() if hasattr(h, "label")]
     assert len(inputs) > 15
     assert [h.label for h in inputs if not h.hint] == []
+
+
+def press(session, key):
+    """What viser calls when a key is pressed."""
+    (command,) = [c for c in session._server.gui._command_handle_from_uuid.values() if c.hotkey == key]
+    (callback,) = command._impl.trigger_cb
+    callback(None)
+
+
+def test_keys_do_what_the_controls_do(session):
+    session.run(1)
+    press(session, "N")
+    press(session, "C")
+    press(session, "F")
+    session.run(2)
+    assert session._scene.env_id == 1
+    assert session._scene.shown["contact_points"]
+    assert session._scene.shown["contact_forces"]
+    assert session._panel.follow.value == "robot/panda_rightfinger"  # the root does not move
+    for key in ("P", "P", "C", "F", "L", "X", "I", "M"):
+        press(session, key)
+    session.run(3)
+    assert session._scene.env_id == 2  # the one before the first is the last
+    shown = {name for name, on in session._scene.shown.items() if on}
+    assert shown == {"visuals", "colliders", "frames", "only_env"}
+    assert session._panel.follow.value == "nothing"
+    press(session, "space")
+    session._answer()
+    assert session._paused
+    press(session, "O")
+    session.run(4)
+    assert session.steps == 4
+    press(session, "M")
+    session._answer()
+    assert session._scene.shown["commands"]
