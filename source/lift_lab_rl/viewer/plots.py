@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -13,8 +14,8 @@ OFF = "off"
 ALL = "all"
 SECONDS = 10.0
 """Length of the curves in simulated seconds."""
-MOST_CURVES = 12
-"""More curves than these are not drawn together: choose one term."""
+TOGETHER = ("rewards", "actions")
+"""Groups whose terms have one unit, so that all of them fit into one chart."""
 _COLOURS = (
     *("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b"),
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#393b79", "#ad494a"),
@@ -69,12 +70,10 @@ class LivePlot:
         return [OFF, *self._sources]
 
     def terms(self, group: str) -> list[str]:
-        """Terms of a group that can be chosen; "all" only if they are not too many."""
+        """Terms of a group that can be chosen, and "all" where they have one unit."""
         if group == OFF:
             return [ALL]
-        found = self._sources[group](self._env_id)
-        count = sum(len(values) for _, values in found)
-        return [*([ALL] if count <= MOST_CURVES else []), *(name for name, _ in found)]
+        return [*([ALL] if group in TOGETHER else []), *(name for name, _ in self._sources[group](self._env_id))]
 
     def put_into(self, gui: Any, folder: Any) -> None:
         """Draw the chart in a folder of the page from now on."""
@@ -117,15 +116,34 @@ class LivePlot:
 
     def push(self) -> None:
         """Send the curves to the page if there is anything new."""
-        if self.chart is None or not self._fresh:
+        if self._folder is None or not self._fresh:
             return
         self._fresh = 0
-        self.chart.data = self._data()
+        data = self._data()
+        if len(data[0]) < 2:  # no curve yet
+            return
+        if self.chart is None:
+            with self._folder:
+                self.chart = self._gui.add_uplot(
+                    data, self._series(), scales={"x": {"time": False}}, height=_HEIGHT_PX, legend={"show": True}
+                )
+        else:
+            self.chart.data = data
+            self.chart.visible = True
+
+    def _series(self) -> tuple[dict[str, Any], ...]:
+        """Label and look of each curve."""
+        colours = itertools.cycle(_COLOURS)
+        curves = [
+            {"label": name, "stroke": colour, "width": 1.5} for name, colour in zip(self._names, colours, strict=False)
+        ]
+        return ({"label": "time, s"}, *curves)
 
     def _data(self) -> tuple[np.ndarray, ...]:
-        """Times and the values of each curve, oldest first."""
+        """Times and the values of each curve, oldest first, without times at which a value is no number."""
         order = np.roll(np.arange(self._length), -1 - self._steps % self._length)
-        order = order[-max(2, min(self._steps, self._length)) :]
+        order = order[self._length - min(self._steps, self._length) :]
+        order = order[np.isfinite(self._values[:, order]).all(axis=0)]
         return (self._times[order], *self._values[:, order])
 
     def _chosen(self) -> Terms:
@@ -133,24 +151,18 @@ class LivePlot:
         return terms if self.term == ALL else [one for one in terms if one[0] == self.term]
 
     def _restart(self) -> None:
-        """Begin with empty curves, in a chart of their own."""
-        if self.chart is not None:
+        """Begin with empty curves, in a new chart if there are others."""
+        self._steps = self._fresh = 0
+        chosen = [] if self.group == OFF else self._chosen()
+        before, self._names = self._names, []
+        for name, values in chosen:
+            self._names += [name] if len(values) == 1 else [f"{name}[{i}]" for i in range(len(values))]
+        self._times = np.zeros(self._length)
+        self._values = np.full((len(self._names), self._length), np.nan)
+        if self.chart is None:
+            return
+        if self._names != before:
             self.chart.remove()
             self.chart = None
-        self._steps = self._fresh = 0
-        if self.group == OFF:
-            return
-        self._names = []
-        for name, values in self._chosen():
-            self._names += [name] if len(values) == 1 else [f"{name}[{i}]" for i in range(len(values))]
-        self._times = np.arange(self._length) * self._dt - self._length * self._dt
-        self._values = np.full((len(self._names), self._length), np.nan)
-        if self._folder is None:
-            return
-        series: list[dict[str, Any]] = [{"label": "time, s"}]
-        for i, name in enumerate(self._names):
-            series.append({"label": name, "stroke": _COLOURS[i % len(_COLOURS)], "width": 1.5})
-        with self._folder:
-            self.chart = self._gui.add_uplot(
-                self._data(), tuple(series), scales={"x": {"time": False}}, height=_HEIGHT_PX, legend={"show": True}
-            )
+        else:
+            self.chart.visible = False  # until there are two points

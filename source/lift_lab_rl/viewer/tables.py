@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
@@ -51,9 +52,14 @@ def commands(env: Any, env_id: int) -> str:
         own = {metric: float(tensor[env_id]) for metric, tensor in manager.get_term(name).metrics.items()}
         of_command = [metric for metric in metrics if metric.startswith(f"{name}/")]
         own |= {metric.removeprefix(f"{name}/"): metrics.pop(metric) for metric in of_command}
-        rows += [(f"· {metric}", f"{value:.3f}") for metric, value in own.items()]
-    rows += [(metric, f"{value:.3f}") for metric, value in metrics.items()]
+        rows += [(f"· {metric}", _number(value)) for metric, value in own.items()]
+    rows += [(metric, _number(value)) for metric, value in metrics.items()]
     return table(("command", "value"), rows) if rows else ""
+
+
+def _number(value: float) -> str:
+    """Three decimals, or a dash for what has no value yet."""
+    return "-" if math.isnan(value) else f"{value:.3f}"
 
 
 def curriculum(env: Any) -> str:

@@ -60,6 +60,31 @@ def test_the_last_ten_seconds_stay(env, session):
     np.testing.assert_array_equal(found, np.arange(inner.max_episode_length * 3)[-length:])
 
 
+def test_a_metric_that_has_no_value_yet_leaves_a_gap(env, session):
+    session.run(1)
+    session._post("plot", "metrics")
+    session.run(2)
+    assert "all" not in session._panel.plot_term.options  # metrics have many units
+    values = iter([float("nan"), 2.0, float("nan"), 4.0])
+    session._plot._sources["metrics"] = lambda env_id: [(session._plot.term, [next(values)])]
+    for _ in range(4):
+        session._plot.record()
+    found = list(curves(session).values())
+    np.testing.assert_array_equal(found[1][-2:], [2.0, 4.0])
+    assert np.isfinite(found).all()
+
+
+def test_curves_of_another_environment_begin_anew(session):
+    session.run(3)
+    assert len(curves(session)["time, s"]) == 3
+    session._post("env", 1)
+    session._answer()
+    assert not session._plot.chart.visible
+    session.run(6)
+    assert len(curves(session)["time, s"]) == 3
+    assert session._plot.chart.visible
+
+
 def test_off_costs_no_look_at_the_task(session):
     session._post("plot", "off")
     session.run(1)
@@ -72,7 +97,7 @@ def test_off_costs_no_look_at_the_task(session):
 def test_observations_are_plotted_term_by_term(session):
     session.run(1)
     session._post("plot", "observations")
-    session.run(2)
+    session.run(4)
     assert "all" not in session._panel.plot_term.options
     first = session._panel.plot_term.options[0]
     assert list(curves(session))[1].startswith(first)
