@@ -40,13 +40,13 @@ SMALLER = {
 }
 """Script, with the flags that change what it does -> what is added to make it small. A later flag wins."""
 ELSEWHERE = {
-    'pip install -e ".[dev]"': "how the tests' own environment is made",
+    'pip install -e ".[test]"': "how the tests' own environment is made",
+    'pip install -e ".[all]"': "scripts/maintainers/newcomer_day.py",
+    "lift-lab demo": "tests/wheel and scripts/maintainers/newcomer_day.py",
     "python -m pytest": "this",
     "pip install -e '.[viewer]'": "part of the tests' own environment",
     "pip install -e '.[video]'": "part of the tests' own environment",
-    "pip install -e '.[wandb]'": "tests/lift_lab_rl/test_wandb_curves.py",
     "python scripts/rsl_rl/train.py --task Lift-Cube-Franka --video": "tests/scripts/test_video_while_training.py",
-    "python scripts/rsl_rl/train.py --task Lift-Cube-Franka --logger wandb": "tests/lift_lab_rl/test_wandb_curves.py",
     "python -m pytest tests/browser": "a part of this",
 }
 """Commands that are not run here, and why."""
@@ -68,7 +68,8 @@ def commands(page: str) -> list[str]:
         lines = [line for line in text.splitlines() if line.startswith(starts)]
     else:
         lines = "".join(re.findall(r"^```bash\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)).splitlines()
-    return [" ".join(re.sub(r"\s#\s.*$", "", line).split()) for line in lines if line.strip()]
+    parts = [part for line in lines for part in re.sub(r"\s#\s.*$", "", line).split(" && ")]
+    return [" ".join(part.split()) for part in parts if part.strip()]
 
 
 ALL = list(dict.fromkeys((page, command) for page in PAGES for command in commands(page)))
