@@ -172,7 +172,7 @@ def check_video_flags(parser: Parser, args: argparse.Namespace) -> None:
 
 
 def given_video_flags(args: argparse.Namespace) -> list[str]:
-    """The given flags that say what a video shows."""
+    """Return the given flags for the contents of a video."""
     names = ("video_length", "video_interval", *VIDEO_SETTINGS)
     return [f"--{name}" for name in names if getattr(args, name, None)]
 

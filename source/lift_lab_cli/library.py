@@ -54,7 +54,7 @@ class Training(abc.ABC):
     """A training that is ready to run."""
 
     def begin(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
-        """Load a checkpoint, or whatever else comes before the first step.
+        """Load a checkpoint, or do other work before the first step.
 
         Args:
             say: shows a line to the user.
@@ -73,7 +73,7 @@ class Player(abc.ABC):
     """A policy and the environment that it acts in."""
 
     def begin(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
-        """Export the policy, or whatever else comes before the first step.
+        """Export the policy, or do other work before the first step.
 
         Args:
             say: shows a line to the user.
@@ -84,7 +84,7 @@ class Player(abc.ABC):
         """Act once. Returns the environments' mean reward, and how many episodes ended."""
 
     def end(self, say: Callable[[str], None]) -> None:  # noqa: B027 - nothing to do is the rule
-        """Tell what the library knows of the episodes that ended.
+        """Print the library's summary of the episodes that ended.
 
         Args:
             say: shows a line to the user.
@@ -92,7 +92,8 @@ class Player(abc.ABC):
 
 
 class Library(abc.ABC):
-    """A learning library. What is not abstract fits a library whose configuration is a dictionary (a YAML file)."""
+    """A learning library. Methods that are not abstract fit a library whose configuration is a dictionary (a YAML
+    file)."""
 
     name: ClassVar[str]
     """Short name: of the extra that installs it, of ``logs/NAME``, and of the key ``NAME_cfg_entry_point``."""
@@ -109,7 +110,7 @@ class Library(abc.ABC):
     numbered_model: ClassVar[tuple[str, str]]
     """The same of the files that are saved on the way."""
     continues_runs: ClassVar[bool] = False
-    """Whether a training goes on from the checkpoint of another run, which ``params/run.yaml`` then names."""
+    """Whether a training can continue from the checkpoint of another run. ``params/run.yaml`` then names it."""
     models_folder: ClassVar[str] = ""
     """Folder of the models below that of the run."""
 

@@ -28,8 +28,8 @@ class RslRl(Library):
     ``max_iterations`` counts the iterations of both. Several processes:
     ``torchrun --nproc_per_node=2 -m lift_lab_cli train --distributed ...`` (docs/scaling.md).
 
-    ``play`` takes the newest checkpoint of the newest run unless told otherwise. It writes ``exported/policy.pt``
-    (TorchScript) and ``exported/policy.onnx`` beside it, both checked against the policy.
+    By default ``play`` takes the newest checkpoint of the newest run. It writes ``exported/policy.pt`` (TorchScript)
+    and ``exported/policy.onnx`` beside it, both checked against the policy.
     """
 
     name, package = "rsl_rl", "rsl_rl"
@@ -165,7 +165,7 @@ def check_agent(args: argparse.Namespace) -> None:
 
 
 def find_policy(settings: Settings, args: argparse.Namespace) -> Path:
-    """The checkpoint that a user means; says so if it is of another task.
+    """Return the checkpoint that a user names; logs a line if it is of another task.
 
     Raises:
         FileError: there is none.

@@ -13,7 +13,7 @@ from .library import Player
 SCRIPTED = ("zero", "random")
 """Values of --agent that need no policy."""
 MOST_ENVS = 50
-"""Environments shown without a policy, unless told otherwise."""
+"""Default number of environments shown without a policy."""
 _POLICY_FLAGS = (
     *("checkpoint", "load_run", "experiment_name", "use_last_checkpoint"),
     *("use_pretrained_checkpoint", "trust"),
@@ -28,7 +28,8 @@ def check_scripted_flags(parser: cli.Parser, args: argparse.Namespace) -> None:
 
 
 def scripted_settings(args: argparse.Namespace, overrides: list[str]) -> Any:
-    """Settings of a task without an agent, with a seed, and with at most :data:`MOST_ENVS` environments unless told.
+    """Return the settings of a task without an agent, with a seed, and with at most :data:`MOST_ENVS` environments by
+    default.
 
     Raises:
         LiftLabError: there is no such task, or a setting is wrong.
@@ -42,7 +43,7 @@ def scripted_settings(args: argparse.Namespace, overrides: list[str]) -> Any:
 
 
 def video_file(task: str, agent: str) -> Path:
-    """Where a film goes that belongs to no run."""
+    """Return the file of a film that belongs to no run."""
     return Path("videos", f"{task.rpartition(':')[2]}_{agent}.mp4")
 
 

@@ -34,7 +34,7 @@ def add_digest(archive: bytes) -> bytes:
 
 
 def damage(data: bytes) -> str | None:
-    """Say what is wrong with the bytes of a torch file.
+    """Check the bytes of a torch file.
 
     Older versions and other programs write files without a digest. These are checked by the checksums of a zip archive,
     which do not cover the archive's own tables. A file that is no zip archive is not checked.
@@ -43,7 +43,7 @@ def damage(data: bytes) -> str | None:
         data: the whole file.
 
     Returns:
-        What is wrong, for the user; None if nothing is.
+        The mistake in words for the user; None if there is none.
     """
     covered, digest = data[:-_HEX], data[-_HEX:]
     if covered.endswith(_LABEL):

@@ -1,8 +1,8 @@
-"""Training with several processes: who is who, what they agree on, and what happens when one of them is gone.
+"""Training with several processes: their ranks, the values they share, and the end of one of them.
 
-torchrun starts the processes and tells each its place in environment variables. Every process has its own
-environments and seed; they share the gradients. What the processes agree on (settings, when to stop) goes over gloo on
-the CPU, tensors on a GPU over nccl. Without a group every function here does nothing and costs nothing.
+torchrun starts the processes and gives each its rank in environment variables. Every process has its own environments
+and seed; they share the gradients. Settings and signals to stop go over gloo on the CPU, tensors on a GPU over nccl.
+Without a group every function here does nothing and costs nothing.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Place:
 
 
 def place(distributed: bool) -> Place:
-    """This process's place, as torchrun tells it.
+    """Return this process's place, as torchrun gives it.
 
     Args:
         distributed: whether the user asked for several processes.

@@ -140,8 +140,7 @@ def add_success_probe(env_cfg: Any, success: Any) -> None:
 
     Args:
         env_cfg: gets one more termination term, which ends nothing.
-        success: what the task was registered with under ``success``; None to use its termination or metrics term
-            ``success``.
+        success: the task's registered ``success``; None to use its termination or metrics term ``success``.
 
     Raises:
         ConfigError: the task does not say what success is.

@@ -52,7 +52,7 @@ def read_json(path: str | Path) -> Any:
 def save_torch(path: str | Path, content: Any) -> None:
     """Write tensors and plain values to a torch file, atomically and with a digest.
 
-    Equal content gives equal bytes, whatever the file is called. ``torch.load`` reads the file, too.
+    Equal content gives equal bytes for every name of the file. ``torch.load`` reads the file, too.
     """
     buffer = io.BytesIO()
     torch.save(content, buffer)

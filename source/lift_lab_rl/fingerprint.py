@@ -1,4 +1,4 @@
-"""The settings of a run as text by path, to tell whether another run has the same ones."""
+"""Settings of a run as text by path, to compare them with those of another run."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Fingerprint:
     def difference(self, saved: Mapping[str, str]) -> str | None:
         """Say in which setting another run was different.
 
-        A setting that the other run did not know yet may have its default value here.
+        A setting that the other run does not have may have its default value here.
 
         Args:
             saved: :attr:`values` of the other run.

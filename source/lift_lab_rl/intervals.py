@@ -36,7 +36,7 @@ def t_interval(values: Sequence[float], confidence: float = 0.95) -> tuple[float
         confidence: share of such intervals that contain the mean.
 
     Returns:
-        Lower and upper end; None for fewer than two values, which tell nothing of their spread.
+        Lower and upper end; None for fewer than two values, which have no spread.
     """
     if len(values) < 2:
         return None

@@ -1,8 +1,8 @@
 """Checkpoints of the learning libraries, read without running code that is in them.
 
 A pickle can run any code while it is read, and skrl and Stable-Baselines3 read their files as pickles. The functions
-here read tensors and plain values only. They tell the libraries' files apart, so that a file of one library is refused
-by the scripts of another.
+here read tensors and plain values only. They distinguish the libraries' files, so that the scripts of one library
+refuse a file of another.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def refuse_other_library(path: str | Path, library: str, states: Any = None) -> 
     Args:
         path: the file.
         library: library whose scripts read it.
-        states: what the file holds, where that is known.
+        states: contents of the file, where known.
 
     Raises:
         ConfigError: it is of another library; says which scripts read it.

@@ -110,7 +110,7 @@ def check_skrl_mini_batches(cfg: dict[str, Any], num_envs: int) -> None:
 
 @contextlib.contextmanager
 def refusals_of(library: str) -> Iterator[None]:
-    """Turn what a library raises about its settings while it builds an agent into one line.
+    """Turn a library's errors about its settings into one line while it builds an agent.
 
     Args:
         library: name of the library, for the message.

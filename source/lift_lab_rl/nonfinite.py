@@ -73,7 +73,7 @@ def reward_terms(env: Any, envs: torch.Tensor, logs: Iterable[dict[str, Any]] = 
 
 
 def check_step(env: Any, obs: Any, rewards: torch.Tensor, extras: dict[str, Any]) -> None:
-    """Look at what a step returned; waits for the device.
+    """Check the values that a step returned; waits for the device.
 
     Args:
         env: the environment or a wrapper of it.

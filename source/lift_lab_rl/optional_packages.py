@@ -1,4 +1,4 @@
-"""Optional packages: a check that names the extra which brings them."""
+"""Optional packages: a check that names the extra which installs them."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ Each fixes one thing that the policy met in one form only. Several may be combin
   middle, evenly over the area between the two.
 - ``delay=0.01``: actions reach the actuators this many seconds late.
 
-What the task randomises itself is left out where a perturbation fixes it.
+Randomisation by the task is off for a quantity that a perturbation fixes.
 """
 
 from __future__ import annotations

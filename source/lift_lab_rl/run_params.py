@@ -20,15 +20,15 @@ def write_params(
     overrides: Sequence[str],
     continues: Path | None = None,
 ) -> None:
-    """Write what a run is made of.
+    """Write the settings of a run.
 
     Args:
         run_dir: folder of the run.
         task: the task's name.
         env_cfg: the environment's configuration.
         agent_cfg: the agent's.
-        overrides: what the command line changed.
-        continues: checkpoint of another run that this one goes on from. Kept as folder and file name, so that runs
+        overrides: overrides of the command line.
+        continues: checkpoint of another run from which this one continues. Kept as folder and file name, so that runs
             may be moved together.
     """
     dump_yaml(run_dir / "params" / "env.yaml", env_cfg)

@@ -55,7 +55,7 @@ def build(
     Raises:
         FileError: a file of the checkpoint is damaged or not trusted, or the statistics for normalised observations are
             missing.
-        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not know.
+        ConfigError: the configuration lacks ``policy`` or ``n_timesteps``, or has an argument that PPO does not have.
             Also a checkpoint of another library or another agent.
     """
     if not training:  # whatever the number of environments, there is nothing to cut into parts

@@ -72,10 +72,10 @@ class StopSignals:
             yield
 
     def agree(self) -> int | None:
-        """Tell the other processes of this one's signal and learn of theirs; waits for all of them.
+        """Exchange signals with the other processes; waits for all of them.
 
         Returns:
-            The signal for which all end after the iteration that they have just done; None if they go on.
+            The signal that ends all processes after the current iteration; None to continue.
         """
         number = distributed.stop_number(self._own)
         if number is not None and self._own is None:

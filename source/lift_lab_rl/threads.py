@@ -51,7 +51,7 @@ class WorkerPool:
             The results in the order of the parts.
 
         Raises:
-            BaseException: whatever ``func`` raised first in the order of the threads.
+            BaseException: the first error of ``func`` in the order of the threads.
         """
         results: list[T | None] = [None] * count
         numbers = itertools.count()

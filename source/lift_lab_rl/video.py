@@ -1,8 +1,8 @@
 """Videos of environments as mp4 files.
 
 An environment is filmed as states and markers, which costs next to nothing; a process of its own draws them (see
-:mod:`lift_lab.drawing.film`). So the process that filmed needs no OpenGL, waits for no picture, and does not die of a
-video.
+:mod:`lift_lab.drawing.film`). So the process that records needs no OpenGL, does not wait for pictures, and survives
+errors of a video.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class VideoWriter(Mp4Writer):
 class RecordVideo(gym.Wrapper):
     """Films the first ``length`` steps of every ``interval`` steps while an environment is used.
 
-    What is seen is in ``env.cfg.viewer``. Films are drawn one after the other. If one cannot be drawn, that is said in
+    ``env.cfg.viewer`` sets the camera. Films are drawn one after the other. If one cannot be drawn, that is said in
     one line, and nothing is filmed from then on.
     """
 
@@ -122,7 +122,7 @@ class RecordVideo(gym.Wrapper):
         return result
 
     def close(self) -> None:
-        """Finish every video and close the environment. Ctrl-C leaves the drawing to go on by itself."""
+        """Finish every video and close the environment. After Ctrl-C the drawing continues by itself."""
         self._end_film()
         if self._drawing is not None:
             videos = [self._drawing[2], *(video for _, video in self._waiting)]
@@ -209,7 +209,7 @@ def show_video(
 ) -> InlineVideo:
     """Reset an environment, let a policy act, and film it: one line in a notebook.
 
-    What is seen is in ``env.cfg.viewer``. The film has at most 30 frames a second of simulated time.
+    ``env.cfg.viewer`` sets the camera. The film has at most 30 frames a second of simulated time.
 
     Args:
         env: a manager-based environment, possibly inside wrappers of gymnasium's or rsl_rl's.

@@ -1,6 +1,6 @@
 """The state of the gymnasium wrappers around an environment, for a run that is continued.
 
-A wrapper that normalises or counts something holds state, too. Those that only film or check are left out.
+A wrapper that normalises or counts something holds state, too. Wrappers that only film or check are skipped.
 """
 
 from __future__ import annotations

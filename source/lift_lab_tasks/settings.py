@@ -84,8 +84,8 @@ class Settings:
         """Fill in what depends on the machine and on other settings, and check all numbers.
 
         Args:
-            training: whether a policy is trained, not shown or judged. Curriculum terms that only help a training to
-                explore are otherwise left out, unless they are given.
+            training: whether a policy is trained, not shown or judged. Otherwise curriculum terms that only help
+                exploration are removed, unless they are given.
             num_envs: environments unless their number is given; None for what suits the device.
 
         Raises:

@@ -163,7 +163,7 @@ class ActuatorBase(ABC, Stateful):
     def compute(
         self, control_action: ArticulationActions, joint_pos: torch.Tensor, joint_vel: torch.Tensor
     ) -> ArticulationActions:
-        """The effort for targets at a joint state, as ``joint_efforts`` of what is returned.
+        """Compute the effort for targets at a joint state. It is ``joint_efforts`` of the result.
 
         Args:
             control_action: position, velocity and effort targets of the group's joints.

@@ -44,7 +44,7 @@ def number_of(interrupt: KeyboardInterrupt) -> int:
 
 
 def is_ignored(number: int) -> bool:
-    """Whether whoever started this process had it ignore a signal, as ``nohup`` does with SIGHUP."""
+    """Whether the process was started so that it ignores a signal, as ``nohup`` does with SIGHUP."""
     return signal.getsignal(number) is signal.SIG_IGN
 
 
@@ -90,7 +90,7 @@ def handled(handler: Callable[[int, FrameType | None], None] | None = None) -> I
 
 
 def ignore() -> None:
-    """Ignore further signals: this process has done what they ask for but for its last line."""
+    """Ignore further signals: this process is about to end."""
     if threading.current_thread() is threading.main_thread():
         for number in STOPPING:
             signal.signal(number, signal.SIG_IGN)

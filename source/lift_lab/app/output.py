@@ -52,7 +52,7 @@ class Output:
             self.write(line)
 
     def flush(self) -> None:
-        """Write what is buffered, or forget it."""
+        """Write buffered text, or drop it if it cannot be written."""
         try:
             self._stream.flush()
         except (OSError, ValueError, RuntimeError) as error:

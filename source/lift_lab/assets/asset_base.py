@@ -215,7 +215,7 @@ class AssetBase(Entity):
 
 
 def as_numbers(values: Values, device: torch.device, wanted: tuple[int, ...], what: str) -> torch.Tensor:
-    """Values as a float32 tensor on a device, whatever their own type.
+    """Convert values of any type to a float32 tensor on a device.
 
     Args:
         values: a tensor, or what makes one.
@@ -239,7 +239,7 @@ def as_numbers(values: Values, device: torch.device, wanted: tuple[int, ...], wh
 
 
 def as_list(ids: Sequence[int] | torch.Tensor | slice | None, count: int) -> list[int]:
-    """Numbers of bodies or joints; None means all ``count``. Raises ConfigError for what is no such number."""
+    """Numbers of bodies or joints; None means all ``count``. Raises ConfigError for other values."""
     if ids is None or isinstance(ids, slice):
         return list(range(count))[ids or slice(None)]
     return ids_tensor(ids, torch.device("cpu"), count).reshape(-1).tolist()

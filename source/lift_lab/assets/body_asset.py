@@ -166,7 +166,7 @@ class BodyAsset(AssetBase):
         self._write_root_velocity(state[:, 7:], ids, at_com=True, quat=state[:, 3:7])
 
     def write_root_pose_to_sim(self, root_pose: Values, env_ids: EnvIds = None) -> None:
-        """Set the root's link pose; the velocity of its centre of mass stays as it is in the world.
+        """Set the root's link pose; the velocity of its centre of mass in the world does not change.
 
         Args:
             root_pose: position (m) and orientation (w, x, y, z) in the world, shape (n, 7) or (7,).

@@ -51,7 +51,7 @@ class DifferentialIKController:
     def set_command(
         self, command: torch.Tensor, ee_pos: torch.Tensor | None = None, ee_quat: torch.Tensor | None = None
     ) -> None:
-        """Set what the end effector shall reach.
+        """Set the target of the end effector.
 
         Args:
             command: position (m), change of pose (m, axis-angle in rad) or pose (m, wxyz), shape
@@ -77,7 +77,7 @@ class DifferentialIKController:
     def compute(
         self, ee_pos: torch.Tensor, ee_quat: torch.Tensor, jacobian: torch.Tensor, joint_pos: torch.Tensor
     ) -> torch.Tensor:
-        """Joint positions that bring the end effector nearer to what was commanded.
+        """Compute joint positions that bring the end effector nearer to its target.
 
         Args:
             ee_pos: current position, shape (num_envs, 3).

@@ -38,7 +38,7 @@ class DifferentialIKControllerCfg(ConfigBase):
 
     ik_params: dict[str, float] | None = None
     """Parameters of the method: ``k_val`` (gain; pinv, svd, trans), ``min_singular_value`` (svd), ``lambda_val``
-    (damping; dls). What is left out has its default."""
+    (damping; dls). Parameters that are missing have their defaults."""
 
     _ranges: ClassVar[Ranges] = {"ik_params": FINITE}
 

@@ -31,7 +31,7 @@ class OperationalSpaceControllerCfg(ConfigBase):
     """Whether accelerations are turned into forces with the operational-space inertia."""
 
     partial_inertial_dynamics_decoupling: bool = False
-    """Whether the coupling of translation and rotation in that inertia is left out."""
+    """Whether to ignore the coupling of translation and rotation in that inertia."""
 
     gravity_compensation: bool = False
     """Whether gravity is compensated."""

@@ -3,7 +3,7 @@
     python -m lift_lab.drawing.film FILM VIDEO.mp4 [--background]
 
 draws a film, writes the video and deletes the film. The process that filmed needs no OpenGL for it, and waits for
-nothing. With ``--background`` this process takes only the time that no other wants.
+nothing. With ``--background`` this process runs only while no other process needs the CPU.
 """
 
 from __future__ import annotations

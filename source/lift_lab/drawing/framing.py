@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 FILL = 0.66
-"""Share of the frame's height or width, whichever is scarcer, that the framed things take up."""
+"""Share of the frame's height or width that the framed objects fill; the larger of the two shares."""
 DIRECTION_DEG = (215.0, -22.0)
 """Azimuth and elevation of the default view: from the front left, above."""
 FOV_DEG = 45.0

@@ -11,7 +11,7 @@ import numpy as np
 from .framing import drawn_geoms
 
 HORIZON, ZENITH, BELOW = (236, 239, 243), (150, 176, 205), (200, 204, 210)
-"""Colours of what is behind a scene: at the horizon, 45 degrees above it, and 45 degrees below it."""
+"""Colours of the background: at the horizon, 45 degrees above it, and 45 degrees below it."""
 _SUN_TURN_DEG, _SUN_HEIGHT_DEG = 50.0, 55.0
 """Direction of the sun in a scene without lights: to the left of the camera, and above the horizon."""
 _SUN, _FILL, _AMBIENT, _SHINE = 0.58, 0.18, 0.32, 0.12
@@ -45,7 +45,7 @@ def prepare_model(model: mujoco.MjModel, fine: bool) -> None:
 
 
 def has_lights(model: mujoco.MjModel) -> bool:
-    """Whether a scene brings an active light of its own."""
+    """Whether a scene has an active light."""
     return bool(np.any(model.light_active)) if model.nlight else False
 
 

@@ -13,7 +13,7 @@ from lift_lab.utils.errors import ConfigError, suggest
 
 
 def new_cfg(entry: Any) -> Any:
-    """A new configuration of what a task was registered with under ``env_cfg_entry_point``.
+    """Return a new configuration from a task's ``env_cfg_entry_point``.
 
     Args:
         entry: ``"module:Class"``, a class, a function or an instance; None if there is none.

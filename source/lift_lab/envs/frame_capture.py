@@ -41,7 +41,7 @@ class Frame:
     mocap_quat: torch.Tensor
     """Shape (n, nmocap, 4)."""
     followed_w: torch.Tensor | None
-    """Position of what the camera follows in m, shape (3,)."""
+    """Position of the camera's target in m, shape (3,)."""
     markers: list[tuple[VisualizationMarkers, tuple[torch.Tensor, ...]]]
     """Groups that are shown, with positions, orientations, scales and shape numbers of their instances."""
     figures: torch.Tensor | None

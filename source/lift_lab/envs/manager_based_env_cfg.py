@@ -61,7 +61,7 @@ class ManagerBasedEnvCfg(ConfigBase):
     teleop_devices: Any = None
     """Isaac Lab's teleoperation devices. Ignored: there are none."""
     export_io_descriptors: bool = False
-    """Whether to write ``io_descriptors/IO_descriptors.yaml`` into ``log_dir``: what a policy reads and drives."""
+    """Whether to write ``io_descriptors/IO_descriptors.yaml`` into ``log_dir``: inputs and outputs of the policy."""
     log_dir: str | None = None
     """Folder of the run's logs, for terms that write files; the training script sets it."""
 

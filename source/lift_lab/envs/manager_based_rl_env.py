@@ -1,4 +1,4 @@
-"""A reinforcement learning environment: rewards, terminations, commands and curricula besides the base's managers."""
+"""Environment for reinforcement learning: adds rewards, terminations, commands and curricula to the base's managers."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The import hook that makes the modules of the table, and the attributes that real modules take from it.
 
-A module with a file of its own is never touched, and nothing is loaded before a name is asked for.
+A module that has a file is never changed, and nothing is loaded before a name is used.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def install() -> None:
 def attributes_of(module: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """``__getattr__``, ``__dir__`` and ``__all__`` of a module with names of the table.
 
-    A real module calls it last: what it defines itself is found before the table is asked.
+    A real module calls it last, so its own names are found before those of the table.
 
     Args:
         module: full name of the module, which is being imported.

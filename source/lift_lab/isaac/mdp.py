@@ -1,4 +1,4 @@
-"""Terms that need what is not simulated. An environment that has one says what is missing."""
+"""Terms that need features which are not simulated. An environment with such a term raises an error with the reason."""
 
 from typing import Any, ClassVar, NoReturn
 

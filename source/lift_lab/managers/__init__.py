@@ -1,7 +1,7 @@
 """Managers: each owns the terms of one part of the task, their buffers and their log entries.
 
 A manager is built from a config whose fields are terms. It resolves every term once, at construction, and
-then only calls functions. No manager knows which task it serves.
+then only calls functions. Managers do not depend on the task.
 """
 
 from .action_manager import ActionManager, ActionTerm

@@ -77,7 +77,7 @@ class ActionTerm(DebugVisTerm, ABC):
 
     @property
     def IO_descriptor(self) -> GenericActionIODescriptor:
-        """Description of the term. Sub-classes add what a program that applies the actions has to know."""
+        """Description of the term. Sub-classes add the data that a program needs to apply the actions."""
         cls = type(self)
         self._IO_descriptor = GenericActionIODescriptor(
             name=re.sub(r"([a-z])([A-Z])", r"\1_\2", cls.__name__).lower(),
@@ -94,7 +94,7 @@ class ActionTerm(DebugVisTerm, ABC):
         """Take a new slice; called once each environment step.
 
         Args:
-            actions: Shape is (num_envs, action_dim). A view that later steps overwrite: copy what is kept.
+            actions: Shape is (num_envs, action_dim). A view that later steps overwrite: make a copy to keep it.
         """
 
     @abstractmethod

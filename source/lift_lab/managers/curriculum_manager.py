@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class CurriculumManager(FunctionTermManager):
-    """Calls the curriculum terms with the environments about to reset and logs what they return.
+    """Calls the curriculum terms with the environments that will be reset, and logs the results.
 
     Source: Isaac Lab's ``CurriculumManager``.
     """
@@ -38,7 +38,7 @@ class CurriculumManager(FunctionTermManager):
     def may_change_weight(self, reward: str) -> bool:
         """Whether a term changes the weight of a reward term.
 
-        A term says so by its param ``term_name``, a class by
+        A function declares it by its param ``term_name``, a class by
         :meth:`~lift_lab.managers.ManagerTermBase.scheduled_rewards`. One that says nothing may change any.
         """
         for cfg in self._term_cfgs:

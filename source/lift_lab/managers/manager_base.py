@@ -119,7 +119,7 @@ class ManagerTermBase(Stateful):
     def prepare_model(cls, env: ManagerBasedEnv, **params: Any) -> None:
         """Change the scene's spec, ``env.scene.spec``, before it is compiled; only called of event terms.
 
-        Called once while the environment is built, whatever the term's mode, and before there is an instance.
+        Called once while the environment is built, for every mode of the term, and before there is an instance.
 
         Args:
             env: the environment; its simulation has not started.

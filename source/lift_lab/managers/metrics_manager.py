@@ -56,8 +56,8 @@ class MetricsManager(FunctionTermManager):
     """Measures every step, before episodes end, and logs the means over the episodes that ended.
 
     Commands add terms to those of the config (:meth:`~lift_lab.managers.CommandTerm.metrics_terms`), unless a term of
-    the config has the same log name. A step in which the physics of an environment failed is left out of its episode.
-    mjlab has a manager of this name.
+    the config has the same log name. A step in which the physics of an environment failed does not count for its
+    episode. mjlab has a manager of this name.
     """
 
     unsaved_attributes: ClassVar[frozenset[str]] = frozenset({"log_counts", "_groups"})

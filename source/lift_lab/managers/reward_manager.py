@@ -99,7 +99,7 @@ class RewardManager(FunctionTermManager):
         return torch.mv(self._values_by_env, self._factor_row)
 
     def leave_out_last_step(self, envs: torch.Tensor) -> None:
-        """Take back what the last :meth:`compute` added to the episodes' sums of some environments.
+        """Subtract the values that the last :meth:`compute` added to the episodes' sums of some environments.
 
         Args:
             envs: which ones, a bool tensor of shape (num_envs,).

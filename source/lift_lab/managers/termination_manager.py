@@ -55,7 +55,8 @@ class TerminationManager(FunctionTermManager):
 
     @property
     def time_outs(self) -> torch.Tensor:
-        """Whether it was cut short, so that the return goes on. Shape is (num_envs,)."""
+        """Mask of episodes that ended by a time-out, so the value of the last state still counts. Shape is
+        (num_envs,)."""
         return self._truncated
 
     @property

@@ -1,4 +1,5 @@
-"""Groups of markers: what is drawn over a scene, and where. Viewers read them; without one nothing is drawn."""
+"""Groups of markers: shapes that are drawn over a scene, and their poses. Viewers read them; without one nothing is
+drawn."""
 
 from __future__ import annotations
 
@@ -100,8 +101,8 @@ class VisualizationMarkers(Stateless):
     ) -> None:
         """Place the instances.
 
-        What is None stays as it is; where the number of instances changes, it becomes no rotation, a scale of 1, and
-        the first shape.
+        Arguments that are None keep their values. If the number of instances changes, they become no rotation, a scale
+        of 1, and the first shape.
 
         Args:
             translations: positions in the world in m, shape (count, 3).

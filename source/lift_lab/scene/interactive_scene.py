@@ -260,7 +260,7 @@ class InteractiveScene(Stateful):
             sensor.reset(env_ids)
 
     def start_episodes(self, env_ids: torch.Tensor) -> None:
-        """Once some environments (a LongTensor) were reset: tell their actuators what they start from."""
+        """Report the start state of some reset environments (a LongTensor) to their actuators."""
         for articulation in self._articulations.values():
             articulation.start_episodes(env_ids)
 
@@ -270,7 +270,7 @@ class InteractiveScene(Stateful):
             asset.write_data_to_sim()
 
     def update(self, dt: float) -> None:
-        """Tell all entities that the engine moved on by ``dt`` seconds."""
+        """Update all entities after the engine has moved on by ``dt`` seconds."""
         for asset in self._movables.values():
             asset.update(dt)
         for sensor in self._sensors.values():

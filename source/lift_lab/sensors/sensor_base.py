@@ -67,7 +67,7 @@ class SensorBase(DebugVis, Entity, ABC):
         return False
 
     def build(self, spec: mujoco.MjSpec, name: str, prim_paths: Mapping[str, str]) -> None:
-        """Add to the scene's spec what the sensor needs there.
+        """Add the sensor's elements to the scene's spec.
 
         Args:
             spec: the scene.

@@ -20,7 +20,7 @@ class SensorBaseCfg(ConfigBase):
 
     class_type: type[SensorBase] = MISSING
     prim_path: str = MISSING
-    """Isaac Lab's prim path of what the sensor is attached to."""
+    """Isaac Lab's prim path of the body to which the sensor is attached."""
     update_period: float = 0.0
     """Least time between two readings of a contact sensor in s, 0 reads after each physics step.
     Other sensors always give the current value."""

@@ -1,7 +1,7 @@
 """The physics engines by name, and which one a device gets.
 
-An engine is a class below :class:`~lift_lab.sim.physics.base.Physics`. Nothing above the engine knows its name: what
-has to be decided for an engine is asked of its class. A package adds an engine by an entry point of the group
+An engine is a class below :class:`~lift_lab.sim.physics.base.Physics`. Code above the engine does not use its name.
+Decisions that depend on the engine are made by its class. A package adds an engine by an entry point of the group
 :data:`GROUP`, ``name = "module:Class"``. Importing this module imports no engine.
 """
 

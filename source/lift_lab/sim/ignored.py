@@ -1,7 +1,7 @@
 """Settings that are accepted for Isaac Lab's sake and have no meaning in MuJoCo.
 
-Whoever meets such a setting calls :func:`note_ignored`; the environment shows the collected list once, as one
-table, through :func:`report_ignored`. Nothing is dropped in silence.
+Code that finds such a setting calls :func:`note_ignored`. The environment shows the collected list once, as one table,
+through :func:`report_ignored`. Nothing is dropped in silence.
 """
 
 from __future__ import annotations

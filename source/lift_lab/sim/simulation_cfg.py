@@ -111,8 +111,8 @@ class MujocoCfg(ConfigBase):
     eulerdamp: bool = True
     """Whether the Euler integrator treats joint damping implicitly."""
     island: bool = True
-    """Whether constraints that share no moving body are solved apart: faster where many bodies touch, slower where
-    all contacts belong to one group anyway. The warp engine never does."""
+    """Whether constraints that share no moving body are solved separately. This is faster where many bodies touch, and
+    slower where all contacts belong to one group. The warp engine never does."""
     nconmax: int | None = None
     """Contacts an environment may have at once on the warp engine; None sizes it from the model."""
     njmax: int | None = None
@@ -151,7 +151,7 @@ class SimulationCfg(ConfigBase):
     physx: PhysxCfg = PhysxCfg()
     """PhysX settings: accepted and reported as ignored."""
     physics_material: RigidBodyMaterialCfg = RigidBodyMaterialCfg()
-    """Isaac Lab's material of shapes that bring none: accepted and reported as ignored. Here those have MuJoCo's
+    """Isaac Lab's material of shapes that have none: accepted and reported as ignored. Here those have MuJoCo's
     friction of 1, ground planes that of their own material."""
     render: RenderCfg = RenderCfg()
     """Renderer settings: accepted and reported as ignored."""

@@ -82,7 +82,7 @@ a second."""
 def resolve_device(device: str | None) -> str:
     """``"auto"`` as a GPU where torch sees one, else the CPU; ``"cuda"`` as ``"cuda:0"``.
 
-    None is ``"auto"``: scripts copy ``args_cli.device`` into the config, and that flag may be left out.
+    None is ``"auto"``: scripts copy ``args_cli.device`` into the config, and that flag is optional.
 
     Raises:
         ConfigError: no device, or one that torch does not have.

@@ -6,7 +6,7 @@ from itertools import chain, count
 
 
 class Names:
-    """Hands out unique names, one namespace per kind of MuJoCo element."""
+    """Generator of unique names, one namespace per kind of MuJoCo element."""
 
     def __init__(self) -> None:
         self._taken: dict[str, set[str]] = {}

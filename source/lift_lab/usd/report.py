@@ -34,7 +34,7 @@ class UsdImportError(LiftLabError, ValueError):
 
 @dataclass(frozen=True)
 class Note:
-    """One remark about the stage: something left out, or carried over inexactly."""
+    """One remark about the stage: something that is ignored or approximated."""
 
     prim_path: str
     """Prim that the remark is about."""

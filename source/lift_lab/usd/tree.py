@@ -1,7 +1,7 @@
-"""The joint graph as a kinematic forest: which body hangs under which, by which joints, and what is left over.
+"""The joint graph as a kinematic forest: parents, their joints, and the joints that are left over.
 
 USD joints connect two bodies without saying which is the parent, may close loops, and may run against the tree.
-MuJoCo wants a tree, so a joint is either an edge of it (possibly reversed) or becomes an equality constraint.
+MuJoCo needs a tree, so a joint is either an edge of it (possibly reversed) or becomes an equality constraint.
 """
 
 from __future__ import annotations

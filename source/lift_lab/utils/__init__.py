@@ -1,4 +1,4 @@
-"""Utilities that know nothing of simulation: configuration classes, strings, arrays, buffers, files."""
+"""Utilities without simulation: configuration classes, strings, arrays, buffers, files."""
 
 from .array import TENSOR_TYPE_CONVERSIONS, TENSOR_TYPES, TensorData, convert_to_torch
 from .buffers import CircularBuffer, DelayBuffer, TimestampedBuffer

@@ -1,4 +1,4 @@
-"""Objects that say what they have when they are asked for what they have not."""
+"""Objects whose errors for a wrong attribute list the attributes that they have."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .saved_state import Stateful
 class SuggestsAttributes:
     """A wrong public attribute raises :class:`UnknownAttributeError`, one line with the nearest names.
 
-    Terms reach for the state of whatever asset a config gives them: with the wrong kind of asset, this names both.
+    A config may give a term the wrong kind of asset. The error names the attribute and the asset.
     """
 
     def _described(self) -> str:

@@ -1,4 +1,4 @@
-"""Writing a nested dictionary into a configuration, with every value checked against what is there.
+"""Update of a configuration from a nested dictionary; every value is checked.
 
 A value is accepted if it fits the value that it replaces, or else the field's annotation. Annotations also guide
 conversion where there is no value to compare with (None or MISSING). They are read leniently: one that cannot be
@@ -42,7 +42,7 @@ def update_class_from_dict(obj: Any, data: Mapping[str, Any], _ns: str = "") -> 
 
     Args:
         obj: a configuration or a dictionary.
-        data: nested dictionary; keys that are left out keep their values.
+        data: nested dictionary; fields without a key keep their values.
         _ns: path of ``obj``, for messages.
 
     Raises:

@@ -149,7 +149,7 @@ def validate(self: Any, prefix: str = "") -> list[str]:
 
 
 class ConfigBase:
-    """Base of this library's configurations, from which editors and type checkers know the methods of all of them.
+    """Base of this library's configurations. It shows their methods to editors and type checkers.
 
     :func:`configclass` gives the methods to every class, with or without this base.
     """

@@ -1,4 +1,4 @@
-"""Errors that users are meant to read, and the helper that proposes the nearest valid names.
+"""Errors for users, and a helper that proposes the nearest valid names.
 
 Command lines print a :class:`LiftLabError` as one line and exit with status 2. Every sub-class is also the builtin
 that a caller would naturally catch.

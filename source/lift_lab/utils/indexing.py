@@ -61,7 +61,7 @@ def compact_index(ids: Sequence[int], size: int, device: str | torch.device) -> 
     Args:
         ids: indices, in the order wanted.
         size: how many there are in all; the full set in order becomes ``slice(None)``.
-        device: where a tensor index lives.
+        device: device of a tensor index.
     """
     ids = list(ids)
     if ids == list(range(size)):

@@ -1,4 +1,4 @@
-"""Descriptions of what a policy reads and drives, with Isaac Lab's names and keys.
+"""Descriptions of a policy's inputs and outputs, with Isaac Lab's names and keys.
 
 :func:`generic_io_descriptor` notes units, axes and kind of an observation term. The managers fill in the rest:
 shape, data type, joint names, scales. :attr:`lift_lab.envs.ManagerBasedEnv.get_IO_descriptors` collects everything.
@@ -229,7 +229,7 @@ def describe_observation(
         function: the term: a function, or an object of a class of terms.
         env: the environment.
         params: the term's arguments.
-        value: what the term returned, shape (num_envs, ...).
+        value: the term's value, shape (num_envs, ...).
     """
     subject = function if hasattr(function, "__name__") else type(function)
     noted = _NOTED.get(subject)

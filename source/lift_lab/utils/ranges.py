@@ -41,9 +41,9 @@ class Range:
     high: float = math.inf
     """Greatest number."""
     above: bool = False
-    """Whether ``low`` itself is left out."""
+    """Whether ``low`` itself is excluded."""
     below: bool = False
-    """Whether ``high`` itself is left out."""
+    """Whether ``high`` itself is excluded."""
     infinite: bool = False
     """Whether infinite numbers are taken."""
     whole: bool = False

@@ -73,7 +73,7 @@ class Stateful:
 
 
 class Stateless:
-    """An object that is no part of a state, whoever holds it: an engine, a window, a view of other objects."""
+    """Base class of objects that are never part of a state: an engine, a window, a view of other objects."""
 
 
 def attributes_of(value: Any) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """Put objects into a state that :mod:`.state_writer` wrote down.
 
-First the whole tree is compared with the live objects and the writing planned: a state of something else is refused
-before anything has changed.
+First the whole tree is compared with the live objects. A state of something else is refused before anything is changed.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ def once_a_step(compute: Callable[Concatenate[Any, P], T]) -> Callable[Concatena
 
     That is while an environment calls terminations, rewards and metrics, and again while it calls observations: terms
     that only read. The values are in ``env.step_cache`` then, which is None at any other time: the function computes
-    at every call. So it sees whatever a reset, an event, a command or a script wrote, and nobody has to tell it.
+    at every call. So it uses all values that a reset, an event, a command or a script wrote.
 
     Args:
         compute: takes the environment, then names and numbers (hashable values).

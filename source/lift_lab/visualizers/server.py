@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     import viser
 
 HOST = "127.0.0.1"
-"""The viewer listens here and nowhere else: whoever reaches it may steer it."""
+"""The only address on which the viewer listens: everyone who can reach it can control it."""
 
 DEFAULT_PORT = 8080
-"""Port of the viewer unless told otherwise."""
+"""Default port of the viewer."""
 
 
 def require_viser() -> None:

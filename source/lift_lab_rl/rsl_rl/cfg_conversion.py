@@ -1,4 +1,4 @@
-"""Isaac Lab's agent configuration in the form that rsl_rl 5 wants.
+"""Conversion of Isaac Lab's agent configuration to rsl_rl 5's form.
 
 Isaac Lab 2.3 describes one ``policy`` with two networks; rsl_rl 5 takes an ``actor`` and a ``critic`` model, each with
 its own class, observation normalisation and (the actor) output distribution.
@@ -50,7 +50,7 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     """The dictionary that rsl_rl 5's runner takes.
 
     Args:
-        cfg: agent configuration; left as it is.
+        cfg: agent configuration; not changed.
         obs_names: names of the environment's observation groups.
 
     Returns:

@@ -29,7 +29,7 @@ class _WrongContent(Exception):
 
 
 def read_checkpoint(path: str | Path, map_location: str | None = "cpu") -> dict[str, Any]:
-    """Read a checkpoint and check what it holds.
+    """Read a checkpoint and check its contents.
 
     Args:
         path: ``model_N.pt``.

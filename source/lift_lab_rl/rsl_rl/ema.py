@@ -26,7 +26,7 @@ def acting_policy(content: dict[str, Any], path: str | Path) -> dict[str, torch.
     """The policy of a checkpoint to act with: the averaged one where it holds one, else the last.
 
     Args:
-        content: what the checkpoint holds.
+        content: contents of the checkpoint.
         path: its file, for the message.
 
     Raises:

@@ -34,7 +34,7 @@ JIT_METADATA = "metadata.json"
 
 
 class ExportError(LiftLabError, RuntimeError):
-    """An exported policy does not do what the policy does."""
+    """The outputs of an exported policy differ from those of the policy."""
 
 
 def export_policy_as_jit(
@@ -160,7 +160,7 @@ def check_export(
 
     Args:
         kind: of the file, for the message.
-        policy: the actor; what it remembers is left as it is.
+        policy: the actor; its memory is not changed.
         normalizer: what normalises observations; None for the policy's own.
         exported: actions of observations, of shape (n, num_obs). One that remembers gets them one after the other.
         samples: how many observations.

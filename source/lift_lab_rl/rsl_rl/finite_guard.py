@@ -29,7 +29,7 @@ _LARGE = 1e6
 
 
 class FiniteGuard:
-    """Checks what an update reads and what it wrote."""
+    """Check of the inputs and results of an update for NaN and infinity."""
 
     def __init__(self, env: Any, alg: Any, tensors: Iterable[torch.Tensor]):
         """Keep what is looked at.
@@ -144,7 +144,7 @@ class FiniteGuard:
     # -- around the update
 
     def keep(self) -> None:
-        """Copy what the update changes."""
+        """Copy the values that the update changes."""
         self._kept = [tensor.detach().clone() for tensor in self._tensors]
         self._kept_states = [
             (optimizer, {key: _copied(value) for key, value in optimizer.state.items()})

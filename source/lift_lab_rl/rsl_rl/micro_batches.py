@@ -58,7 +58,7 @@ class MicroBatches:
         Args:
             network: number of the network.
             inputs: shape (samples, inputs).
-            normalise: maps a block of inputs to what the network sees.
+            normalise: maps a block of inputs to the network's inputs.
             rows: samples in a micro-batch.
 
         Returns:
@@ -79,7 +79,7 @@ class MicroBatches:
         """Gradients of a minibatch, averaged over its samples and over all processes.
 
         Args:
-            inputs: what each network sees, shape (samples, inputs).
+            inputs: inputs of each network, shape (samples, inputs).
             losses: the loss of each network; called by several threads.
             counts: how many numbers each loss sums.
 

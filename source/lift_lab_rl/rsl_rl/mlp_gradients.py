@@ -63,7 +63,7 @@ class EluMlp:
 
         Args:
             grad: of the loss by the output, shape (rows, outputs).
-            sums: what the gradients are added to, in the order of ``parameters()``: a weight, its bias, ...
+            sums: tensors to which the gradients are added, in the order of ``parameters()``: a weight, its bias, ...
         """
         arrays = self._arrays_for(self._inputs[0])
         for k in reversed(range(len(self._layers))):

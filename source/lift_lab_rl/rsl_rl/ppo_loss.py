@@ -69,7 +69,7 @@ def value_terms(
     Args:
         values: of the critic that learns, shape (rows,).
         old_values: of the critic that the advantages were computed with, shape (rows,).
-        returns: what they should be, shape (rows,).
+        returns: their targets, shape (rows,).
         clip_param: how far a value may leave the old one with profit; None for any distance.
 
     Returns:

@@ -2,7 +2,7 @@
 
 The state beside a checkpoint (``resume_state_N.pt``) holds what the model does not: environments, observations, random
 numbers, the memory of recurrent networks, the running sums of the curves. All of it is checked before any of it is
-loaded. Where it does not fit, training goes on from the checkpoint with fresh episodes.
+loaded. If it does not fit, training continues from the checkpoint with new episodes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ VERSION = 3
 
 
 def resume_state(runner: LiftLabRunner) -> dict[str, Any]:
-    """Everything besides the model that the next iteration depends on, as tensors and plain values."""
+    """Return all data except the model on which the next iteration depends, as tensors and plain values."""
     env, returns = manager_env(runner.env), _curious_returns(runner)
     of_env = None if env is None else env.state_dict()
     wrappers, unsaved = wrapper_states(runner.env)

@@ -39,8 +39,8 @@ class RslRlPpoActorCriticCfg(ConfigBase):
     """Standard deviation of every action at the start, or one for each action (ours)."""
 
     init_action_mean: list[float] | None = None
-    """Mean of each action at the start, give or take what the random network says of an observation; None for zero
-    (ours). For actions that are poses or positions, of which zero is far from where the robot is."""
+    """Mean of each action at the start, plus the output of the random network; None for zero (ours). For actions that
+    are poses or positions, of which zero is far from where the robot is."""
 
     noise_std_type: Literal["scalar", "log"] = "scalar"
     """Whether the standard deviation or its logarithm is learned."""
@@ -220,7 +220,7 @@ class RslRlBaseRunnerCfg(ConfigBase):
     """Steps of each environment in a rollout."""
 
     max_iterations: int = MISSING
-    """Iterations of the whole run. A resumed run does what is left of them."""
+    """Iterations of the whole run. A resumed run does the rest of them."""
 
     empirical_normalization: bool | None = None
     """Isaac Lab's older switch for both observation normalisations; None leaves them as ``policy`` has them."""
@@ -228,7 +228,8 @@ class RslRlBaseRunnerCfg(ConfigBase):
     obs_groups: dict[str, list[str]] = {}
     """Observation groups of each observation set (``policy`` or ``actor``, ``critic``).
 
-    Empty: the actor sees group ``policy``, the critic sees group ``critic`` where there is one and ``policy`` else.
+    If empty, the actor gets the group ``policy``. The critic gets the group ``critic`` where there is one, else
+        ``policy``.
     """
 
     clip_actions: float | None = None

@@ -38,7 +38,7 @@ def checkpoint_iteration(path: str | Path) -> int:
 
 
 class Readable:
-    """Tells good checkpoints from damaged ones, and says so once for each run that holds a damaged one."""
+    """Check of checkpoints for damage, with one message for each run that has a damaged one."""
 
     def __init__(self, say: Callable[[str], None]):
         """Have said nothing yet.
@@ -50,7 +50,7 @@ class Readable:
         self._named: set[Path] = set()
 
     def run(self, folder: Path) -> bool:
-        """Whether the folder of a run says what it is of."""
+        """Whether the folder of a run names its task."""
         try:
             read_params(folder, "run")
         except FileError as error:

@@ -92,7 +92,7 @@ class RunLogger:
             self.writer.save_model(path, iteration)
 
     def close(self) -> None:
-        """Write and send what is left."""
+        """Write and send the remaining values."""
         writer = self.writer
         if isinstance(writer, LogWriter):
             writer.stop()

@@ -57,15 +57,15 @@ class LiftLabRunner:
         device: device of the learner.
         log_dir: folder of the run; None writes nothing.
         place: this process's place among those of the training.
-        fingerprint: tells whether a saved environment state is of this configuration.
+        fingerprint: settings with which a saved environment state is compared.
         alg: the algorithm.
         logger: curves.
         best: ranks policies for ``model_best.pt``.
-        guard: looks for NaN and infinity; None if the configuration says so.
+        guard: check for NaN and infinity; None if the configuration turns it off.
         current_learning_iteration: iterations finished (rsl_rl counts one less).
         total_steps: steps of environments, of all processes and all runs that this one continues; None before the
             first iteration.
-        continues_exactly: whether the episodes of a checkpoint go on.
+        continues_exactly: whether the episodes of a checkpoint continue.
         has_stepped: whether the environment was stepped by this runner.
         noted_unsaved: whether a warning named what cannot be saved.
         stopped_by: number of the signal that ended the last :meth:`learn` early; None if none did.
@@ -332,7 +332,7 @@ class LiftLabRunner:
         return load_infos(self.alg, self.env, content)
 
     def resume_state(self) -> dict[str, Any]:
-        """Everything besides the model that the next iteration depends on."""
+        """Return all data except the model on which the next iteration depends."""
         return resume_state(self)
 
     def load_resume_state(self, checkpoint: str | Path) -> str:

@@ -38,7 +38,7 @@ def adapted_rate(rate: float, kl: float, desired_kl: float) -> float:
     Args:
         rate: present learning rate.
         kl: divergence between the new and the old policy.
-        desired_kl: what it should be; the rate stays where it is within a factor of 2.
+        desired_kl: its target; the rate does not change within a factor of 2.
     """
     if kl > desired_kl * 2.0:
         return max(MIN_RATE, rate / 1.5)

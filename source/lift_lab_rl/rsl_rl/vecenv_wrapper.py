@@ -1,4 +1,4 @@
-"""An environment as rsl_rl sees it."""
+"""Wrapper of an environment for rsl_rl."""
 
 from __future__ import annotations
 

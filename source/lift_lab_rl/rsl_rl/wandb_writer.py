@@ -1,7 +1,7 @@
 """Curves, configuration, models and videos of a run on Weights & Biases, beside TensorBoard's files.
 
-What W&B needs is looked at before a run starts. If it fails later, one line says so, and the run goes on with
-TensorBoard's files alone.
+What W&B needs is looked at before a run starts. If it fails later, one line reports it, and the run continues with
+TensorBoard's files only.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def require_logger(name: str) -> None:
 
 
 class WandbWriter(CurveWriter, LogWriter):
-    """TensorBoard's writer that tells W&B too, in one message an iteration.
+    """TensorBoard's writer that also sends to W&B, in one message per iteration.
 
     W&B's own files are in the run's folder, unless ``WANDB_DIR`` names another; the other variables that W&B reads
     (``WANDB_MODE``, ``WANDB_API_KEY``, ``WANDB_ENTITY``, ...) mean what W&B says. ``WANDB_USERNAME`` is the entity, as
@@ -136,7 +136,7 @@ class WandbWriter(CurveWriter, LogWriter):
                 self._run.log({"video": self._wandb.Video(str(video), format="mp4")}, step=it, commit=False)
 
     def stop(self) -> None:
-        """Send what is left and end W&B's run. Ctrl-C does not wait for it."""
+        """Send the remaining values and end W&B's run. Ctrl-C does not wait for it."""
         self.flush()
         if self.problem is None:
             with _Guard(self):

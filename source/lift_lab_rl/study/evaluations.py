@@ -60,7 +60,7 @@ def collect(paths: Sequence[Path], runs: Sequence[TrainingRun]) -> tuple[dict[st
 
     Args:
         paths: results files.
-        runs: what is reported.
+        runs: runs of the report.
 
     Returns:
         What :func:`load_results` gives, of all files together, and a line for each evaluation that is of no run.

@@ -25,7 +25,7 @@ class Variant:
     task: str
     overrides: tuple[str, ...] = ()
     start: tuple[str, int] | None = None
-    """Label and iteration of the training whose checkpoint this one goes on from, seed by seed; None starts from the
+    """Label and iteration of the training from whose checkpoint this one continues, seed by seed; None starts from the
     beginning."""
 
     @classmethod
@@ -82,7 +82,7 @@ class Job:
 
     @property
     def origin(self) -> str | None:
-        """Name of the run that it goes on from."""
+        """Name of the run from which it continues."""
         return None if self.variant.start is None else f"{self.variant.start[0]}-s{self.seed}"
 
 
@@ -100,11 +100,11 @@ def make_jobs(variants: Sequence[Variant], seeds: Sequence[int]) -> list[Job]:
 
 
 def in_rounds(jobs: Sequence[Job], trained: Sequence[str] = ()) -> list[list[Job]]:
-    """Jobs so that each comes in a later round than the one whose checkpoint it goes on from.
+    """Return the jobs in rounds: each comes after the job from whose checkpoint it continues.
 
     Args:
-        jobs: what is to be done.
-        trained: labels of earlier trainings that jobs may go on from.
+        jobs: jobs to do.
+        trained: labels of earlier trainings from which jobs may continue.
 
     Raises:
         ConfigError: a start names no label, or starts go in a circle.

@@ -238,7 +238,7 @@ class Panel:
         plot.put_into(gui, gui.add_folder(None))
 
     def show_plot(self, plot: LivePlot) -> None:
-        """Show in the controls what is plotted now."""
+        """Show the plotted quantities in the controls."""
         self.plot_group.value = plot.group
         terms = plot.terms(plot.group)
         if tuple(terms) != tuple(self.plot_term.options):

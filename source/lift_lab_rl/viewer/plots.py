@@ -29,7 +29,7 @@ Terms = list[tuple[str, list[float]]]
 class LivePlot:
     """A chart of the reward terms, metrics, actions or observations of the environment that is selected.
 
-    Only what is chosen is recorded, and only from the moment when it is chosen.
+    Only chosen quantities are recorded, from the moment when they are chosen.
     """
 
     def __init__(self, env: Any):

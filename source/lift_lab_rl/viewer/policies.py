@@ -33,7 +33,7 @@ class ViewedPolicy(ABC):
         """Let another version act.
 
         Raises:
-            LiftLabError: it cannot be loaded; what acted before goes on.
+            LiftLabError: it cannot be loaded; the previous policy continues.
         """
 
     def warning(self) -> str | None:

@@ -1,4 +1,4 @@
-"""The live viewer: one loop that steps the task, draws it, and does what the page asked."""
+"""The live viewer: one loop that steps the task, draws it, and handles the page's requests."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LONGEST_DELAY_S = 0.25
 
 
 class ViewerSession:
-    """Runs a policy for whoever looks."""
+    """Live view of a policy."""
 
     def __init__(self, env: Any, policy: ViewedPolicy, server: Any, title: str):
         """Draw the environments and make the controls.

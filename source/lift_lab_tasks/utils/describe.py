@@ -17,7 +17,7 @@ _NOT_SHOWN = {"class_type", "func", "params", "weight", "mode", "debug_vis", "ra
 
 
 def describe(task: str, overrides: Sequence[str] = ()) -> list[Table]:
-    """Build one environment of a task and tell what it is made of.
+    """Build one environment of a task and describe its parts.
 
     Args:
         task: id of the task.

@@ -12,7 +12,7 @@ def import_packages(package_name: str, blacklist_pkgs: Sequence[str] = ()) -> No
 
     Args:
         package_name: the package.
-        blacklist_pkgs: packages whose dotted name contains one of these are left out, with all below them.
+        blacklist_pkgs: packages whose dotted name contains one of these are skipped, with all below them.
     """
     package = importlib.import_module(package_name)
     for info in pkgutil.iter_modules(package.__path__, f"{package_name}."):

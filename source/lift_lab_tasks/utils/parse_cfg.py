@@ -182,8 +182,8 @@ def get_checkpoint_path(
         checkpoint: regular expression of the file; among matches the last in natural order is taken.
         other_dirs: folders between the run and the file.
         sort_alpha: whether runs are ordered by name; else by time of change.
-        prefer: tells which runs come before the others, whatever their age; None for no such preference.
-        accept: tells whether a file that matches may be taken; if not, the one before is looked at. None takes all.
+        prefer: function that marks runs which come first, regardless of their age; None for none.
+        accept: function that accepts a matching file; if it does not, the file before is tried. None takes all.
 
     Raises:
         FileError: nothing matches; names what there is.

@@ -195,7 +195,7 @@ def find_checkpoint(
             expression of file names.
         run: regular expression of the run's folder name; None for all.
         task: id of the task; None if it does not matter.
-        training: whether training is to go on, for which a pretrained policy will not do.
+        training: whether training will continue, which is not possible with a pretrained policy.
         say: takes one line for each run with a damaged file; None for standard error.
 
     Raises:
@@ -305,11 +305,11 @@ def note_other_task(checkpoint: Path, task: str, say: Callable[[str], None] = pr
 
 
 def note_annealing(agent_cfg: Any, given: Callable[[str], bool], say: Callable[[str], None]) -> None:
-    """Tell of settings that are given and that change as the training goes on, unless their end is given, too.
+    """Log given settings that change during the training, unless their final value is given, too.
 
     Args:
         agent_cfg: configuration of rsl_rl's PPO.
-        given: tells whether a setting is given, by its path.
+        given: function that says whether a setting is given, by its path.
         say: takes the line.
     """
     algorithm = vars(agent_cfg.algorithm)

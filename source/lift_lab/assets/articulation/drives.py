@@ -82,14 +82,14 @@ def joint_names(spec: mujoco.MjSpec) -> list[str]:
 def build_drives(
     spec: mujoco.MjSpec, actuators: dict[str, ActuatorBaseCfg], report: ImportReport | None, path: str
 ) -> Drives:
-    """Replace the spec's actuators by what the actuator configs say.
+    """Replace the spec's actuators by those of the actuator configs.
 
     Joints that no group names keep the drive of their file.
 
     Args:
         spec: the articulation, changed in place.
         actuators: group name -> config.
-        report: what the importer read from the file, or None.
+        report: the importer's report on the file, or None.
         path: where the articulation is configured, for messages.
 
     Raises:

@@ -65,7 +65,7 @@ class _Sum:
 def read_file_drives(spec: mujoco.MjSpec, loop_drives: Mapping[str, str], path: str) -> dict[str, FileDrive]:
     """Drives of all hinges and slides, from a compile of the asset.
 
-    The compile turns what the file may leave open into numbers: damping ratios, inherited and automatic ranges.
+    The compiled model has numbers where the file may have none: damping ratios, inherited and automatic ranges.
 
     Args:
         spec: the asset; not changed.

@@ -1,4 +1,4 @@
-"""Curriculum terms: called inside resets, they change the task as training goes on and return their state to log."""
+"""Curriculum terms: called inside resets, they change the task during training and return their state for the log."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ class modify_env_param(ManagerTermBase):
     """
 
     NO_CHANGE: ClassVar[object] = object()
-    """Returned by ``modify_fn`` to leave the value as it is."""
+    """Returned by ``modify_fn`` to keep the value."""
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)

@@ -1,7 +1,7 @@
 """Observation terms, with Isaac Lab's names.
 
-Each is a function ``(env, **params) -> tensor`` of shape (num_envs, dim). The observation manager copies what a term
-returns before it changes anything, so a term may hand out an asset's own tensor.
+Each is a function ``(env, **params) -> tensor`` of shape (num_envs, dim). The observation manager copies a term's value
+before it changes it, so a term may return an asset's own tensor.
 """
 
 from __future__ import annotations

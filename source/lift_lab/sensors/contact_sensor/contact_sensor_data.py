@@ -13,7 +13,7 @@ from lift_lab.utils.attributes import EntityData
 class ContactSensorData(EntityData):
     """Readings, with Isaac Lab's names. N environments, B bodies of the sensor, M filters, T entries of history.
 
-    Forces act on the sensor's bodies. What the config does not ask for is None.
+    Forces act on the sensor's bodies. Fields that the config does not ask for are None.
     """
 
     net_forces_w: torch.Tensor

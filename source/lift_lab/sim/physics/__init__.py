@@ -42,7 +42,7 @@ def make_physics(
     Args:
         model: the compiled model; it is copied.
         num_envs: number of environments.
-        device: where the tensors live, "cpu" or "cuda:N".
+        device: device of the tensors, "cpu" or "cuda:N".
         kind: name of the engine: "native" (CPU, float64 inside) or "warp" (CUDA, also CPU; float32). None is the
             device's default: warp on CUDA, native on the CPU.
         auto_reset_failed: see :attr:`Physics.auto_reset_failed`.

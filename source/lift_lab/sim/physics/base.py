@@ -37,7 +37,7 @@ class Health:
     overflow: torch.Tensor
     """Contacts or constraints did not fit their memory, so some were dropped or the step was not taken."""
     none_failed: bool = False
-    """True where the engine knows without a look at the tensors that neither holds a True."""
+    """True if the engine knows, without reading the tensors, that neither has a True."""
 
     @property
     def failed(self) -> torch.Tensor:
@@ -54,7 +54,7 @@ class Physics(ABC, Stateless):
     Args:
         model: the compiled model; copied, so that the caller's own stays as it was.
         num_envs: number of environments, at least 1.
-        device: where the tensors live.
+        device: device of the tensors.
         auto_reset_failed: see the attribute.
 
     Raises:
@@ -222,7 +222,7 @@ class Physics(ABC, Stateless):
             raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
     def current(self, name: str) -> torch.Tensor:
-        """:meth:`field` at the state as it is now: after writes the kinematics are computed first, where due.
+        """:meth:`field` at the current state: after writes the kinematics are computed first if needed.
 
         Of kinematic fields; what depends on forces is as :meth:`field` says.
         """
@@ -246,7 +246,7 @@ class Physics(ABC, Stateless):
 
     @property
     def gravity(self) -> torch.Tensor:
-        """Acceleration of gravity in m/s^2, (num_envs, 3), as it is now."""
+        """Current acceleration of gravity in m/s^2, (num_envs, 3)."""
         return self.randomizable("opt.gravity").float() if self._gravity_may_differ else self._gravity
 
     def jac_body(self, body_id: int) -> torch.Tensor:

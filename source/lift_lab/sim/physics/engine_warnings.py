@@ -45,6 +45,6 @@ _THROTTLE = WarningThrottle()
 
 
 def throttle_engine_warnings() -> None:
-    """Send MuJoCo's own warnings to the log for the whole process; a handler that somebody else set stays."""
+    """Send MuJoCo's own warnings to the log for the whole process; a handler that is already set stays."""
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_THROTTLE)

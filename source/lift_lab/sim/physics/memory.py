@@ -1,7 +1,7 @@
 """Whether a number of environments fits into memory, asked before anything is allocated.
 
-The estimates are lower bounds, so that what is refused could not have run. Measured on the shipped tasks, an
-environment takes 1.1 times the estimate on ``native`` and 1.3 to 1.5 times on ``warp``.
+The estimates are lower bounds, so only sizes that cannot run are refused. Measured on the shipped tasks, an environment
+takes 1.1 times the estimate on ``native`` and 1.3 to 1.5 times on ``warp``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Physics on the CPU: `mujoco.batch.Batch`, one MuJoCo simulation per environment on a thread pool.
 
-The state is float64 and lives in the batch's rows; what is bound is mirrored to float32 after every call. The
-result is the same bit for bit at any number of threads. The warnings that MuJoCo counts are not printed:
+The state is float64 and is kept in the batch's rows. Bound fields are copied to float32 after every call. The result is
+the same bit for bit at any number of threads. The warnings that MuJoCo counts are not printed:
 :meth:`NativePhysics.health` reports them instead. What MuJoCo prints without counting is throttled, see
 :mod:`.engine_warnings`.
 """

@@ -1,6 +1,6 @@
-"""Physics properties that a spawner may set on what it spawns (names of Isaac Lab's schema configs).
+"""Physics properties that a spawner may set on its asset (names of Isaac Lab's schema configs).
 
-A None leaves what the USD file says. What MuJoCo has no counterpart for is listed once as ignored.
+None keeps the USD file's value. What MuJoCo has no counterpart for is listed once as ignored.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class SpatialTendonPropertiesCfg(ConfigBase):
 
 @configclass
 class DeformableBodyPropertiesCfg(ConfigBase):
-    """Makes a body deformable. What it says of PhysX's mesh and solver has no effect: see
+    """Makes a body deformable. Fields for PhysX's mesh and solver have no effect: see
     :mod:`lift_lab.usd.deformable`."""
 
     deformable_enabled: bool | None = None

@@ -12,10 +12,10 @@ _logged: set[str] = set()
 
 
 def log_import(prim_path: str, report: ImportReport, ignored: bool = True) -> None:
-    """Log what a spawned asset loses at WARNING, one line a kind, each once in a process.
+    """Log the losses of a spawned asset at WARNING, one line per kind, each once in a process.
 
     Args:
-        prim_path: where the asset stands in the scene.
+        prim_path: path of the asset in the scene.
         report: of the import. Notes that are tuning of another engine's solver, or pictures, are left out.
         ignored: whether notes of what was ignored are logged too. Spawners that write the stage themselves report the
             settings of their configs instead (:func:`lift_lab.sim.note_ignored`).

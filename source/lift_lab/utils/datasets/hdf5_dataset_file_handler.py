@@ -128,7 +128,7 @@ class HDF5DatasetFileHandler(DatasetFileHandlerBase):
             return episode
 
     def write_episode(self, episode: EpisodeData, demo_id: int | None = None) -> None:
-        """Add an episode (an empty one is left out).
+        """Add an episode (an empty one is skipped).
 
         Args:
             episode: the episode, with stacked data (:meth:`EpisodeData.pre_export`).

@@ -119,7 +119,7 @@ def apply_delta_pose(
         source_pos: Shape is (N, 3).
         source_rot: Shape is (N, 4).
         delta_pose: translation, then axis-angle vector in rad. Shape is (N, 6).
-        eps: angle in rad up to which the orientation is left as it is.
+        eps: angle in rad up to which the orientation does not change.
 
     Returns:
         Displaced position (N, 3) and orientation (N, 4).

@@ -109,7 +109,7 @@ def quat_box_plus(q: torch.Tensor, delta: torch.Tensor, eps: float = 1.0e-6) -> 
     Args:
         q: Shape is (..., 4).
         delta: Shape is (..., 3).
-        eps: shortest ``delta`` that is told from zero.
+        eps: length of ``delta`` below which it counts as zero.
 
     Returns:
         Quaternions with a real part that is not negative. Shape is (..., 4).

@@ -32,7 +32,7 @@ __all__ = [
 def values_of_names(
     values: dict[str, float] | float, names: Sequence[str], default: float, num_envs: int, device: str
 ) -> torch.Tensor | float:
-    """A number as it is; a dictionary of name patterns as a tensor of shape (num_envs, len(names))."""
+    """Return a number unchanged, and a dictionary of name patterns as a tensor of shape (num_envs, len(names))."""
     if not isinstance(values, dict):
         return float(values)
     ids, _, found = resolve_matching_names_values(values, names)
@@ -59,7 +59,7 @@ def clipped(values: torch.Tensor, limits: torch.Tensor | None) -> torch.Tensor:
 
 
 def first_row(values: torch.Tensor | float | None) -> Any:
-    """Numbers of the first environment as a list; a single number, or None, as it is."""
+    """Return the numbers of the first environment as a list; a single number or None is returned unchanged."""
     return plain(values[0]) if isinstance(values, torch.Tensor) else values
 
 

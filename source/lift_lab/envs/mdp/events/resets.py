@@ -252,8 +252,8 @@ def reset_joints_by_offset(
     Args:
         env: the environment.
         env_ids: environments to reset.
-        position_range: (low, high) of what is added to each joint's position, in rad or m.
-        velocity_range: (low, high) of what is added to each joint's velocity, in rad/s or m/s.
+        position_range: (low, high) of the offset of each joint's position, in rad or m.
+        velocity_range: (low, high) of the offset of each joint's velocity, in rad/s or m/s.
         asset_cfg: the articulation and which of its joints.
     """
     asset: Articulation = env.scene[asset_cfg.name]

@@ -1,4 +1,4 @@
-"""Recorder terms. Each returns the name under which it records and what it records, one row an environment."""
+"""Recorder terms. Each returns the name of its data and the data, one row per environment."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class PostStepProcessedActionsRecorderCfg(RecorderTermCfg):
 
 @configclass
 class ActionStateRecorderManagerCfg(RecorderManagerBaseCfg):
-    """Records what is needed to play episodes again: initial states, states, actions and observations."""
+    """Recorders for playing episodes again: initial states, states, actions and observations."""
 
     record_initial_state = InitialStateRecorderCfg()
     record_post_step_states = PostStepStatesRecorderCfg()

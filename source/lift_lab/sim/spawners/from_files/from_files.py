@@ -24,7 +24,7 @@ def spawn_from_usd(prim_path: str, cfg: UsdFileCfg) -> Spawned:
     """Import ``cfg.usd_path`` (Isaac Lab's ``spawn_from_usd``).
 
     Args:
-        prim_path: where the asset stands in the scene; its last part names the asset in messages.
+        prim_path: path of the asset in the scene; its last part names the asset in messages.
         cfg: the file, its scale and variants. Physics overrides are applied by the scene.
 
     Raises:

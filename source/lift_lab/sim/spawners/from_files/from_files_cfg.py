@@ -52,7 +52,7 @@ class GroundPlaneCfg(SpawnerCfg):
     usd_path: str = ""
     """Isaac Lab's grid environment file. Not read: the plane is MuJoCo's."""
     color: tuple[float, float, float] | None = (0.0, 0.0, 0.0)
-    """Colour of the checker's light squares. None, and black, which is Isaac Lab's default, stand for a light grey."""
+    """Colour of the checker's light squares. None and black (Isaac Lab's default) give a light grey."""
     size: tuple[float, float] = (100.0, 100.0)
     """Size drawn in m. The plane collides without end."""
     physics_material: materials.RigidBodyMaterialCfg = materials.RigidBodyMaterialCfg()

@@ -130,7 +130,7 @@ class CartpoleEnvCfg(ManagerBasedRLEnvCfg):
 
 @configclass
 class CartpoleEnvCfg_PLAY(CartpoleEnvCfg):
-    """The cart-pole as it is shown: few environments."""
+    """The cart-pole for watching: few environments."""
 
     def __post_init__(self):
         super().__post_init__()

@@ -1,7 +1,7 @@
 """The cabinet task without a robot: a cabinet before the robot, its top drawer to be opened.
 
 Rewards, events and drawer actuators are Isaac Lab's. The physics step is 5 ms in place of 17 ms, as grasping needs; a
-control step is 20 ms. A robot's config fills in what is MISSING.
+control step is 20 ms. A robot's config sets the fields that are MISSING.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Rewards, command ranges and terminations are those of Isaac Lab's lift task. The paper trained that task: "Adaptive
 Robotic Arm Control: Leveraging Curriculum Learning and Deep Reinforcement Learning for Efficient Pick-and-Lift
-Operations Through Simulation". The config of a robot fills in what is MISSING here.
+Operations Through Simulation". The config of a robot sets the fields that are MISSING here.
 """
 
 from __future__ import annotations

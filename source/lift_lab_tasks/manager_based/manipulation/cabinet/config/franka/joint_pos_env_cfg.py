@@ -54,7 +54,7 @@ class FrankaCabinetEnvCfg(CabinetEnvCfg):
 
 @configclass
 class FrankaCabinetEnvCfg_PLAY(FrankaCabinetEnvCfg):
-    """The task as it is shown: few environments, no observation noise."""
+    """The task for watching: few environments, no observation noise."""
 
     def __post_init__(self):
         super().__post_init__()

@@ -32,7 +32,7 @@ class FrankaCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
 
 @configclass
 class FrankaCubeLiftEnvCfg_PLAY(FrankaCubeLiftEnvCfg):
-    """The task as it is shown: few environments, no observation noise."""
+    """The task for watching: few environments, no observation noise."""
 
     def __post_init__(self):
         super().__post_init__()

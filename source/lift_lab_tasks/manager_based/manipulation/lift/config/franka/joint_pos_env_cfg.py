@@ -92,7 +92,7 @@ class FrankaCubeLiftCurriculumEnvCfg(FrankaCubeLiftEnvCfg):
 
 @configclass
 class FrankaCubeLiftEnvCfg_PLAY(FrankaCubeLiftEnvCfg):
-    """The baseline as it is shown: few environments, no observation noise."""
+    """The baseline for watching: few environments, no observation noise."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -103,7 +103,7 @@ class FrankaCubeLiftEnvCfg_PLAY(FrankaCubeLiftEnvCfg):
 
 @configclass
 class FrankaCubeLiftCurriculumEnvCfg_PLAY(FrankaCubeLiftCurriculumEnvCfg):
-    """The curriculum task as it is shown: few environments, no observation noise."""
+    """The curriculum task for watching: few environments, no observation noise."""
 
     def __post_init__(self):
         super().__post_init__()

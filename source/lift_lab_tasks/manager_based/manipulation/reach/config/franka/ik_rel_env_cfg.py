@@ -31,7 +31,7 @@ class FrankaReachEnvCfg(joint_pos_env_cfg.FrankaReachEnvCfg):
 
 @configclass
 class FrankaReachEnvCfg_PLAY(FrankaReachEnvCfg):
-    """The task as it is shown: few environments, no observation noise."""
+    """The task for watching: few environments, no observation noise."""
 
     def __post_init__(self):
         super().__post_init__()
