@@ -89,7 +89,7 @@ def test_a_package_in_an_empty_folder_trains(own_task, monkeypatch, capsys):
     assert (run / "model_3.pt").is_file()
     events = EventAccumulator(str(run), size_guidance={"scalars": 0})
     events.Reload()
-    assert {"Metrics/success", "Episode_Reward/fallen"} <= set(events.Tags()["scalars"])
+    assert {"Metrics/success_rate", "Episode_Reward/fallen"} <= set(events.Tags()["scalars"])
 
     monkeypatch.setattr(torch, "randn", lambda *shape, **_: torch.zeros(*shape))
     runpy.run_path("watch.py")

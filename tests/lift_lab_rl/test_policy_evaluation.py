@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from lift_lab.envs import mdp
-from lift_lab.managers import CurriculumTermCfg, SceneEntityCfg, TerminationTermCfg
+from lift_lab.managers import CurriculumTermCfg, MetricsTermCfg, SceneEntityCfg, TerminationTermCfg
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.counters import counters, load_counters
 from lift_lab_rl.evaluation import PROBE, SuccessProbe, add_success_probe, evaluate, milestones
@@ -107,7 +107,7 @@ def reached(env, threshold=0.02, robot_cfg=SceneEntityCfg("robot")):
     return env
 
 
-def test_the_probe_takes_success_from_the_registration_or_the_termination_of_that_name():
+def test_the_probe_takes_success_from_the_registration_or_the_term_of_that_name():
     cfg = SimpleNamespace(terminations={})
     add_success_probe(cfg, reached)
     params = cfg.terminations[PROBE].params
@@ -118,8 +118,14 @@ def test_the_probe_takes_success_from_the_registration_or_the_termination_of_tha
     add_success_probe(cfg, None)
     assert cfg.terminations[PROBE].params["success_params"]["threshold"] == 0.1
 
-    with pytest.raises(ConfigError, match="does not say what success is"):
-        add_success_probe(SimpleNamespace(terminations={}), None)
+    metrics = SimpleNamespace(success=MetricsTermCfg(func=reached, params={"threshold": 0.3}, reduce="max"))
+    cfg = SimpleNamespace(terminations={}, metrics=metrics)
+    add_success_probe(cfg, None)
+    assert cfg.terminations[PROBE].params["success_params"]["threshold"] == 0.3
+
+    for cfg in (SimpleNamespace(terminations={}), SimpleNamespace(terminations={}, metrics=None)):
+        with pytest.raises(ConfigError, match="does not say what success is"):
+            add_success_probe(cfg, None)
 
 
 def integers(env):
