@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import enum
 import inspect
 from collections.abc import Callable, Mapping
+from pathlib import PurePath
 from typing import Any, TypeVar, overload
 from weakref import WeakKeyDictionary
 
@@ -283,5 +285,11 @@ def plain(value: Any) -> Any:
         return [plain(entry) for entry in value]
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    converted = class_to_dict(value)
-    return plain(converted) if isinstance(converted, (dict, list, tuple)) else str(converted)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field: plain(entry) for field, entry in vars(value).items()}
+    if isinstance(value, enum.Enum):
+        return value.name
+    if isinstance(value, (PurePath, slice)):
+        return str(value)
+    text = class_to_dict(value) if callable(value) else None
+    return text if isinstance(text, str) else type(value).__qualname__  # of other objects the class

@@ -1,5 +1,6 @@
 """Descriptions of what a policy reads and drives: Isaac Lab's keys, and the values of the environment."""
 
+import numpy as np
 import pytest
 import torch
 import yaml
@@ -8,7 +9,9 @@ from env_parts import group_of
 import lift_lab.envs.mdp as mdp
 from lift_lab.envs.utils.io_descriptors import generic_io_descriptor, record_joint_names, record_shape
 from lift_lab.managers import ManagerTermBase, ObservationTermCfg, SceneEntityCfg
+from lift_lab.utils import configclass
 from lift_lab.utils.errors import ConfigError
+from lift_lab.utils.io_descriptors import plain
 from lift_lab.utils.modifiers import ModifierCfg, scale
 
 OBSERVATION_KEYS = {"name", "mdp_type", "full_path", "shape", "dtype", "observation_type", "overloads", "extras"}
@@ -114,3 +117,24 @@ def test_a_file_needs_a_folder(make_env, tmp_path):
     with pytest.raises(ConfigError, match=r"env\.log_dir"):
         env.export_IO_descriptors()
     assert env.export_IO_descriptors(tmp_path / "new").is_file()
+
+
+def test_values_become_plain_data():
+    class Node:
+        def __init__(self):
+            self.me = self
+
+    @configclass
+    class Cfg:
+        func: object = mdp.joint_pos
+        limits: tuple = (1, 2.5)
+
+    values = {"t": torch.tensor([0.04]), 3: np.float32(0.1), "n": Node(), "c": Cfg(), "s": slice(None), "f": None}
+    assert plain(values) == {
+        "t": [0.04],
+        "3": 0.1,
+        "n": Node.__qualname__,
+        "c": {"func": "lift_lab.envs.mdp.observations:joint_pos", "limits": [1, 2.5]},
+        "s": "slice(None, None, None)",
+        "f": None,
+    }
