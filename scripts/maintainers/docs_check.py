@@ -30,8 +30,6 @@ ROOT = Path(__file__).resolve().parents[2]
 MEAN, LONGEST = 18, 35
 """The mean number of words per sentence has to be under the first, the longest at most the second."""
 NOT_YET = {
-    "docs/libraries.md",
-    "docs/troubleshooting.md",
     "docs/viewing.md",
 }
 """Pages that do not meet the goals yet. Take a page out once it is rewritten; add none."""

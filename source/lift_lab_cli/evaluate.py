@@ -8,6 +8,7 @@ The policy acts without noise. Every environment runs whole episodes, and all co
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -59,7 +60,7 @@ def main() -> int:
     from lift_lab_rl.perturbations import perturb_all
     from lift_lab_rl.threads import use_one_torch_thread
     from lift_lab_tasks.settings import Settings
-    from lift_lab_tasks.utils import task_kwargs
+    from lift_lab_tasks.utils import import_user_module, task_kwargs
 
     check_agent(args)
     if args.json is not None:
@@ -69,6 +70,8 @@ def main() -> int:
     env_cfg, agent_cfg = settings.env, settings.agent
     perturb_all(env_cfg, args.perturb)
     checkpoint = find_policy(settings, args)
+    if args.success is not None and re.fullmatch(r"[\w.]+:[\w.]+", args.success):
+        import_user_module(args.success.partition(":")[0])
     add_success_probe(env_cfg, args.success or task_kwargs(args.task).get("success"))
     if env_cfg.sim.device == "cpu":
         use_one_torch_thread()

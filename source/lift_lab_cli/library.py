@@ -266,10 +266,11 @@ def find_library(name: str) -> Library:
         module, _, kind = LIBRARIES[name].partition(":")
         return getattr(importlib.import_module(module), kind)()
     from lift_lab.utils.errors import NotFoundError, suggest
-    from lift_lab_tasks.utils.parse_cfg import resolve_entry_point
+    from lift_lab_tasks.utils.parse_cfg import import_user_module, resolve_entry_point
 
     if ":" not in name:
         raise NotFoundError(f"no library '{name}'; {suggest(name, [*LIBRARIES, 'module:Class'])}")
+    import_user_module(name.partition(":")[0])
     return resolve_entry_point(name, f"library '{name}'")
 
 

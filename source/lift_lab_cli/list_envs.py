@@ -70,10 +70,10 @@ def tasks_of(module: str) -> list[str]:
         NotFoundError: there is no such module, or it registers no task.
     """
     from lift_lab.utils.errors import NotFoundError
-    from lift_lab_tasks.utils import import_task_module, registered_tasks
+    from lift_lab_tasks.utils import import_user_module, registered_tasks
 
     before = registered_tasks()
-    import_task_module(module)
+    import_user_module(module)
     own = [f"{module}:{name}" for name in registered_tasks() if name not in before]
     if not own:
         raise NotFoundError(f"the module '{module}' registers no task: call gymnasium.register in it")

@@ -96,7 +96,10 @@ def test_a_training_that_is_refused_leaves_no_folder(call, constant, tmp_path, m
     [
         ("sb", "no library 'sb'; did you mean 'sb3'?"),
         ("xyz", "no library 'xyz'; choose one of: 'rsl_rl', 'sb3', 'skrl', 'module:Class'"),
-        ("lift_lab_cli.nothing:X", "cannot import 'lift_lab_cli.nothing'"),
+        (
+            "lift_lab_cli.librar:X",
+            "no module 'lift_lab_cli.librar' in the package 'lift_lab_cli'; did you mean 'library'",
+        ),
         ("lift_lab_cli.library:Libary", "'lift_lab_cli.library' has no 'Libary'; did you mean 'Library'"),
     ],
 )
@@ -104,6 +107,14 @@ def test_an_unknown_library_is_answered_with_the_nearest(name, message):
     with pytest.raises(NotFoundError) as caught:
         find_library(name)
     assert message in str(caught.value)
+
+
+def test_a_library_in_the_current_folder_is_found(tmp_path, monkeypatch):
+    (tmp_path / "own_library.py").write_text("class Own:\n    name = 'own'\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry not in ("", str(tmp_path))])
+    assert find_library("own_library:Own").name == "own"
+    del sys.modules["own_library"]
 
 
 def interrupt():

@@ -3,7 +3,7 @@
 from .importer import import_packages
 from .parse_cfg import (
     get_checkpoint_path,
-    import_task_module,
+    import_user_module,
     load_cfg_from_registry,
     num_envs_for_device,
     parse_env_cfg,
@@ -16,7 +16,7 @@ __all__ = [
     "LoadedPolicy",
     "get_checkpoint_path",
     "import_packages",
-    "import_task_module",
+    "import_user_module",
     "load_cfg_from_registry",
     "load_policy",
     "num_envs_for_device",

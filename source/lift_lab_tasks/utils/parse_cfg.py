@@ -38,7 +38,7 @@ def task_kwargs(task_name: str) -> dict[str, Any]:
     """
     module, _, name = task_name.rpartition(":")
     if module:
-        import_task_module(module)
+        import_user_module(module)
     if name not in gym.registry or ENV_CFG not in gym.registry[name].kwargs:
         # Those of the module, which were registered last, come first.
         tasks = [known for known, spec in reversed(gym.registry.items()) if ENV_CFG in spec.kwargs]
@@ -47,11 +47,11 @@ def task_kwargs(task_name: str) -> dict[str, Any]:
     return dict(gym.registry[name].kwargs)
 
 
-def import_task_module(module: str) -> None:
-    """Import a module that registers tasks. The current folder is put on the module path, as ``python -m`` does.
+def import_user_module(module: str) -> None:
+    """Import a module that a user names. The current folder is put on the module path, as ``python -m`` does.
 
     Args:
-        module: name of the module or package, such as ``my_tasks`` or ``my_tasks.reach``.
+        module: name of a module or package, such as ``my_tasks`` or ``my_tasks.reach``.
 
     Raises:
         NotFoundError: there is no such module, or it imports one that does not exist.

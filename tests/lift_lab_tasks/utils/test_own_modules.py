@@ -7,7 +7,7 @@ import pytest
 
 from lift_lab.utils.errors import NotFoundError
 from lift_lab_cli.list_envs import tasks_of
-from lift_lab_tasks.utils import import_task_module, parse_env_cfg, task_kwargs
+from lift_lab_tasks.utils import import_user_module, parse_env_cfg, task_kwargs
 
 REGISTER = """
 import gymnasium as gym
@@ -71,7 +71,7 @@ def test_the_tasks_of_a_module_are_listed_as_they_are_called():
 )
 def test_a_module_that_cannot_be_imported_is_named_with_the_nearest(place, module, message):
     with pytest.raises(NotFoundError) as caught:
-        import_task_module(module)
+        import_user_module(module)
     assert message.format(place=place) in str(caught.value)
 
 
