@@ -44,7 +44,7 @@ def test_a_study_trains_evaluates_and_reports_and_goes_on_where_it_was(study, tm
     assert run["iterations"] == 2
     assert run["perturbed"]["mass=2.0"]["perturb"] == ["mass=2.0"]
     page = (folder / "report" / "report.html").read_text()
-    for title in ("Table 1", "End of training", "Generalisation", "short-CL"):
+    for title in ("Table 1", "Success under perturbations", "End of training", "short-CL"):
         assert title in page
 
     status, out, _ = study(*flags, "--max_iterations", 2, "--no_report")
