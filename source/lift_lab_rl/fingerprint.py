@@ -19,6 +19,8 @@ class Fingerprint:
     """Path, such as ``env.scene.num_envs``, to the value as JSON."""
     at_default: frozenset[str]
     """Paths of the values that are the default of their field."""
+    left_out: frozenset[str] = frozenset()
+    """Paths of settings that do not matter, also where another run has saved them."""
 
     @classmethod
     def of(cls, configs: Mapping[str, Any], leave_out: Iterable[str] = ()) -> Fingerprint:
@@ -33,11 +35,11 @@ class Fingerprint:
         left_out = frozenset(leave_out)
         for name, config in configs.items():
             _collect(name, config, False, values, at_default, left_out)
-        return cls(values, frozenset(at_default))
+        return cls(values, frozenset(at_default), left_out)
 
     def with_value(self, path: str, value: Any) -> Fingerprint:
         """These settings and one more."""
-        return Fingerprint({**self.values, path: _text(value)}, self.at_default)
+        return Fingerprint({**self.values, path: _text(value)}, self.at_default, self.left_out)
 
     def difference(self, saved: Mapping[str, str]) -> str | None:
         """Say in which setting another run was different.
@@ -52,7 +54,7 @@ class Fingerprint:
         """
         different = [
             path
-            for path in sorted(self.values.keys() | saved.keys())
+            for path in sorted((self.values.keys() | saved.keys()) - self.left_out)
             if self.values.get(path) != saved.get(path) and (path in saved or path not in self.at_default)
         ]
         if not different:
