@@ -14,6 +14,7 @@ from typing import Any
 
 import griffe
 from docs_pages import PAGES, Page
+from docs_rst import to_markdown
 
 SOURCE = Path(__file__).resolve().parents[2] / "source"
 PACKAGES = ("lift_lab", "lift_lab_assets", "lift_lab_rl", "lift_lab_tasks", "lift_lab_cli")
@@ -102,7 +103,7 @@ def sections() -> dict[str, list[Section]]:
 
 def _first_sentence(target: griffe.Object) -> str:
     """Return the first line of a docstring, for a table."""
-    text = target.docstring.value.strip().split("\n\n")[0] if target.docstring else ""
+    text = to_markdown(target.docstring.value).strip().split("\n\n")[0] if target.docstring else ""
     return " ".join(text.split()).replace("|", "\\|")
 
 
@@ -137,7 +138,7 @@ def markdown(page: Page) -> str:
         module = _modules()[section.module]
         parts.append(f"## {section.title}\n\nModule `{section.module}`.")
         if module.docstring:
-            parts.append(module.docstring.value)
+            parts.append(to_markdown(module.docstring.value))
         parts.append("| name | purpose |\n|---|---|")
         parts[-1] += "".join(f"\n| [`{n}`][{t.path}] | {_first_sentence(t)} |" for n, t in section.names.items())
         parts += [_entry(target) for target in section.names.values()]

@@ -1,4 +1,4 @@
-"""The documentation works from a folder in a real browser: search, dark mode, films; nothing outside is asked for."""
+"""The documentation works from a folder in a real browser: search, dark mode, pictures; no request leaves it."""
 
 import shutil
 import subprocess
@@ -22,7 +22,8 @@ def site(tmp_path_factory):
     """A small site with the configuration of the whole one: two pages, no reference."""
     folder = tmp_path_factory.mktemp("docs")
     shutil.copytree(ROOT / "docs" / "assets", folder / "docs" / "assets")
-    (folder / "docs" / "index.md").write_text("# First\n\n    a command\n\n| wide | table |\n|---|---|\n| a | b |\n")
+    shutil.copytree(ROOT / "docs" / "images", folder / "docs" / "images")
+    (folder / "docs" / "index.md").write_text("# First\n\n![film](images/lift.webp)\n\n    a command\n")
     (folder / "docs" / "other.md").write_text("# Other\n\n## Gearbox\n\nA flywheel turns.\n")
     text = (ROOT / "mkdocs.yml").read_text()
     settings = text[text.index("theme:") : text.index("hooks:")] + text[text.index("markdown_extensions:") :]
@@ -59,6 +60,7 @@ def page(browser, request):
 def test_search_colours_and_copying_work_from_a_folder(site, page):
     page.goto(f"{site}/index.html")
     assert page.get_attribute("body", "data-md-color-scheme") == page.scheme
+    page.wait_for_function("document.querySelector('article img').naturalWidth > 0")
     assert page.locator(".md-code__button, .md-clipboard").count() == 1  # copies the command
     page.click("input[name=query]")
     page.type("input[name=query]", "flywheel")

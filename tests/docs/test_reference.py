@@ -19,7 +19,7 @@ from lift_lab_tasks.utils import load_cfg_from_registry, registered_tasks, task_
 
 pytest.importorskip("griffe", reason="mkdocstrings is not installed (the extra 'docs')")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts" / "maintainers"))
-docs_reference = importlib.import_module("docs_reference")
+docs_reference, docs_rst = map(importlib.import_module, ("docs_reference", "docs_rst"))
 
 PACKAGES = (lift_lab, lift_lab_assets, lift_lab_rl, lift_lab_tasks, lift_lab_cli)
 
@@ -138,3 +138,12 @@ def test_the_navigation_has_every_page_once_and_names_are_on_one_page_only(entri
     assert sorted([*linked, "api/index.md"]) == sorted(docs_reference.files())
     counts = [len(s.names) for page in docs_reference.sections().values() for s in page]
     assert sum(counts) == len(entries)
+
+
+def test_blocks_of_code_in_docstrings_become_markdown():
+    text = (
+        "First.\n\n.. code-block:: python\n\n    x = 1\n\n    if x:\n        y = 2\n\nAs :math:`q_1` in::\n\n    a::b"
+    )
+    assert docs_rst.to_markdown(text) == (
+        "First.\n\n```python\nx = 1\n\nif x:\n    y = 2\n```\n\nAs `q_1` in:\n\n    a::b"
+    )
