@@ -22,17 +22,17 @@ _MOST_PER_STEP = 0.4
 
 @dataclass
 class Pull:
-    """What the mouse pulls."""
+    """Pull of the mouse on a body."""
 
     env_id: int
     body_id: int
     """Body of the compiled model."""
     point_b: torch.Tensor
-    """Where it was grabbed, in the body's frame in m, shape (3,)."""
+    """Grabbed point in the body's frame in m, shape (3,)."""
     target_w: torch.Tensor
-    """Where the pointer is, in m in the world, shape (3,)."""
+    """Position of the pointer in the world in m, shape (3,)."""
     last_w: torch.Tensor | None = None
-    """Where the grabbed point was one environment step ago; None at first and after a reset."""
+    """Position of the grabbed point one environment step ago; None at first and after a reset."""
 
 
 class BodyPuller:
@@ -69,7 +69,7 @@ class BodyPuller:
 
     @property
     def pull(self) -> Pull | None:
-        """What is pulled; None if nothing is."""
+        """Current pull; None if nothing is pulled."""
         return self._pull
 
     def grab(self, env_id: int, body_id: int, point_w: np.ndarray) -> None:

@@ -35,7 +35,7 @@ MOUSE = (
     ("Ctrl or Cmd + drag a body", "Pull it with a spring while the simulation runs"),
     ("Ctrl or Cmd + K", "Search all commands"),
 )
-"""What the mouse and viser's own keys do."""
+"""Functions of the mouse and of viser's own keys."""
 
 
 def key_table(keys: list[Key]) -> str:
