@@ -19,6 +19,7 @@ PAGES = [
     "README.md",
     "docs/index.md",
     *(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")),
+    "docs/films.md",
     "docs/viewing.md",
 ]
 """Pages whose commands are run."""
@@ -46,7 +47,9 @@ ELSEWHERE = {
     "python -m pytest": "this",
     "pip install -e '.[viewer]'": "part of the tests' own environment",
     "pip install -e '.[video]'": "part of the tests' own environment",
-    "python scripts/rsl_rl/train.py --task Lift-Cube-Franka --video": "tests/scripts/test_video_while_training.py",
+    "pip install 'lift-lab[video]'": "part of the tests' own environment",
+    "lift-lab train --task Lift-Cube-Franka --video": "tests/scripts/test_video_while_training.py",
+    "lift-lab usd assets/usd/franka_panda.usda --view panda.png": "tests/lift_lab/usd/test_usd_tools.py",
     "python -m pytest tests/browser": "a part of this",
 }
 """Commands that are not run here, and why."""
