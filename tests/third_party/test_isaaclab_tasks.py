@@ -1,4 +1,4 @@
-"""Isaac Lab 2.3's own task packages run here with nothing but their import root renamed.
+"""Isaac Lab 2.3's own task packages run here after ``lift-lab port``, which renames their import root.
 
 The packages are read from the ``source`` folder that the environment variable ``LIFT_LAB_ISAACLAB_SOURCE`` names, from
 an installed copy of Isaac Lab, or from its released wheel (3 MB), which is fetched once into pytest's cache; where none
@@ -24,6 +24,7 @@ import lift_lab.sim as sim_utils
 from lift_lab.actuators import DelayedPDActuatorCfg
 from lift_lab.assets import ArticulationCfg
 from lift_lab.envs import ManagerBasedRLEnv
+from lift_lab_cli.port.rename import port
 from lift_lab_tasks.utils import load_cfg_from_registry
 
 TASKS_ROOT = "lift_lab_tasks_of_isaaclab"  # our own tasks keep the name lift_lab_tasks
@@ -105,9 +106,8 @@ def _fetched(folder: Path) -> Path:
 
 
 def _renamed(text: str) -> str:
-    """The one change: ``isaaclab`` becomes ``lift_lab``, and the tasks get a root beside our own tasks'."""
-    text = re.sub(r"\bisaaclab_tasks\b", TASKS_ROOT, text)
-    return re.sub(r"\bisaaclab(?=_assets\b|_rl\b|\b)", "lift_lab", text)
+    """What ``lift-lab port`` makes of a file, and the tasks get a root beside our own tasks'."""
+    return re.sub(r"\blift_lab_tasks\b", TASKS_ROOT, port(text.encode()).data.decode())
 
 
 @pytest.fixture(scope="module")
