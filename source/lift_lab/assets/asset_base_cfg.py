@@ -36,6 +36,7 @@ class AssetBaseCfg(ConfigBase):
     spawn: SpawnerCfg | None = None
     """Spawner: the file, shape or light that the asset is made of."""
     init_state: Annotated[Any, InitialStateCfg] = InitialStateCfg()
+    """Initial pose."""
     collision_group: Literal[0, -1] = 0
     """Isaac Lab's collision group. Environments never collide here."""
     debug_vis: bool = False

@@ -25,9 +25,11 @@ class TerrainImporterCfg(ConfigBase):
     """Class of ``scene.terrain``."""
     collision_group: int = -1
     prim_path: str = MISSING
+    """Prim path of the ground."""
     num_envs: int = 1
     """Set by the scene."""
     terrain_type: Literal["generator", "plane", "usd"] = "plane"
+    """Kind of terrain. Only ``plane`` is supported."""
     terrain_generator: Any = None
     usd_path: str | None = None
     env_spacing: float | None = None
@@ -35,6 +37,7 @@ class TerrainImporterCfg(ConfigBase):
     use_terrain_origins: bool = True
     visual_material: VisualMaterialCfg | None = None
     physics_material: RigidBodyMaterialCfg = RigidBodyMaterialCfg()
+    """Friction of the ground."""
     max_init_terrain_level: int | None = None
     debug_vis: bool = False
     """Whether films and viewers show the environments' origins."""

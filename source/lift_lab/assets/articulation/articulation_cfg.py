@@ -35,6 +35,7 @@ class ArticulationCfg(AssetBaseCfg):
     articulation_root_prim_path: str | None = None
     """Isaac Lab's path of the root prim below the asset. The importer finds the root itself."""
     init_state: InitialStateCfg = InitialStateCfg()
+    """Initial pose, velocities and joint state, also the default state of resets."""
     soft_joint_pos_limit_factor: float = 1.0
     """Soft position limits as a fraction of the joint's range about its middle."""
     index_order: Literal["breadth_first", "engine"] = "breadth_first"

@@ -28,3 +28,4 @@ class RigidObjectCfg(AssetBaseCfg):
 
     class_type: type = RigidObject
     init_state: InitialStateCfg = InitialStateCfg()
+    """Initial pose and velocities, also the default state of resets."""

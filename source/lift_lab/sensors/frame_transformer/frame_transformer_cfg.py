@@ -42,6 +42,8 @@ class FrameTransformerCfg(SensorBaseCfg):
     prim_path: str = MISSING
     """Prim path of the source body."""
     source_frame_offset: OffsetCfg = OffsetCfg()
+    """Pose of the source frame in the frame of its body."""
     target_frames: list[FrameCfg] = MISSING
     """Target frames; readings are in this order."""
     visualizer_cfg: VisualizationMarkersCfg = FRAME_MARKER_CFG.replace(prim_path="/Visuals/FrameTransformer")
+    """Marker of the frames for ``debug_vis``."""

@@ -29,6 +29,7 @@ class ImuCfg(SensorBaseCfg):
 
     class_type: type = Imu
     offset: OffsetCfg = OffsetCfg()
+    """Pose of the sensor in the frame of its body."""
     gravity_bias: tuple[float, float, float] = (0.0, 0.0, 9.81)
     """Added to the kinematic acceleration, in the world frame in m/s^2. Minus gravity, as by default, gives what an
     accelerometer reads; zero gives the acceleration itself."""

@@ -16,12 +16,17 @@ class ArticulationRootPropertiesCfg(ConfigBase):
     """Properties of an articulation's root."""
 
     articulation_enabled: bool | None = None
+    """Ignored: every articulation is simulated."""
     enabled_self_collisions: bool | None = None
     """Whether links of the articulation collide with each other."""
     solver_position_iteration_count: int | None = None
+    """Ignored: PhysX solver setting; MuJoCo's are in sim.mujoco."""
     solver_velocity_iteration_count: int | None = None
+    """Ignored: PhysX solver setting; MuJoCo's are in sim.mujoco."""
     sleep_threshold: float | None = None
+    """Ignored: MuJoCo worlds do not sleep."""
     stabilization_threshold: float | None = None
+    """Ignored: MuJoCo worlds do not sleep."""
     fix_root_link: bool | None = None
     """True fixes the root link to the world; False frees it."""
 
@@ -36,22 +41,35 @@ class RigidBodyPropertiesCfg(ConfigBase):
     """Properties of every rigid body of the asset."""
 
     rigid_body_enabled: bool | None = None
+    """Ignored: every rigid body is simulated."""
     kinematic_enabled: bool | None = None
     """Whether the body is moved by its user only (a mocap body)."""
     disable_gravity: bool | None = None
     """Whether gravity is compensated on the bodies."""
     linear_damping: float | None = None
+    """Ignored: MuJoCo has no damping of free bodies; see joint damping."""
     angular_damping: float | None = None
+    """Ignored: MuJoCo has no damping of free bodies; see joint damping."""
     max_linear_velocity: float | None = None
+    """Ignored: MuJoCo does not clamp velocities."""
     max_angular_velocity: float | None = None
+    """Ignored: MuJoCo does not clamp velocities."""
     max_depenetration_velocity: float | None = None
+    """Ignored: set by the contact's solref."""
     max_contact_impulse: float | None = None
+    """Ignored: MuJoCo does not clamp impulses."""
     enable_gyroscopic_forces: bool | None = None
+    """Ignored: always on."""
     retain_accelerations: bool | None = None
+    """Ignored: accelerations are always kept."""
     solver_position_iteration_count: int | None = None
+    """Ignored: PhysX solver setting; MuJoCo's are in sim.mujoco."""
     solver_velocity_iteration_count: int | None = None
+    """Ignored: PhysX solver setting; MuJoCo's are in sim.mujoco."""
     sleep_threshold: float | None = None
+    """Ignored: MuJoCo worlds do not sleep."""
     stabilization_threshold: float | None = None
+    """Ignored: MuJoCo worlds do not sleep."""
 
     _ranges: ClassVar[Ranges] = {
         "linear_damping angular_damping sleep_threshold stabilization_threshold": NOT_NEGATIVE,
@@ -67,10 +85,13 @@ class CollisionPropertiesCfg(ConfigBase):
     collision_enabled: bool | None = None
     """Whether the colliders collide."""
     contact_offset: float | None = None
+    """Ignored: MuJoCo finds contacts without a lookahead distance."""
     rest_offset: float | None = None
     """Distance in m at which two surfaces rest (MuJoCo's margin)."""
     torsional_patch_radius: float | None = None
+    """Ignored: torsional friction is a material's friction[1]."""
     min_torsional_patch_radius: float | None = None
+    """Ignored: torsional friction is a material's friction[1]."""
 
     _ranges: ClassVar[Ranges] = {
         "contact_offset rest_offset": FINITE,
@@ -95,9 +116,11 @@ class JointDrivePropertiesCfg(ConfigBase):
     """Properties of every joint drive of the asset."""
 
     drive_type: Literal["force", "acceleration"] | None = None
+    """Ignored: set in the USD file."""
     max_effort: float | None = None
     """Largest force (N) or torque (N m)."""
     max_velocity: float | None = None
+    """Ignored: MuJoCo has no joint velocity limit."""
     stiffness: float | None = None
     """Stiffness in N/m or N m/rad."""
     damping: float | None = None

@@ -47,8 +47,11 @@ class RigidObjectSpawnerCfg(SpawnerCfg):
     """A spawner of rigid bodies, with overrides of their physics."""
 
     mass_props: schemas.MassPropertiesCfg | None = None
+    """Mass or density."""
     rigid_props: schemas.RigidBodyPropertiesCfg | None = None
+    """Properties of the rigid bodies."""
     collision_props: schemas.CollisionPropertiesCfg | None = None
+    """Properties of the colliders."""
     activate_contact_sensors: bool = False
     """Isaac Lab's switch for contact reporting. Contacts can always be read here."""
 
@@ -58,4 +61,6 @@ class DeformableObjectSpawnerCfg(SpawnerCfg):
     """A spawner of deformable bodies, for :class:`lift_lab.assets.DeformableObjectCfg`."""
 
     mass_props: schemas.MassPropertiesCfg | None = None
+    """Mass or density."""
     deformable_props: schemas.DeformableBodyPropertiesCfg | None = None
+    """Properties of the deformable body."""

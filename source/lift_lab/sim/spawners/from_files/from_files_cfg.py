@@ -22,9 +22,13 @@ class FileCfg(RigidObjectSpawnerCfg, DeformableObjectSpawnerCfg):
     scale: tuple[float, float, float] | None = None
     """Scale of the asset along its axes."""
     articulation_props: schemas.ArticulationRootPropertiesCfg | None = None
+    """Properties of the articulation's root."""
     fixed_tendons_props: schemas.FixedTendonPropertiesCfg | None = None
+    """Properties of PhysX fixed tendons: ignored."""
     spatial_tendons_props: schemas.SpatialTendonPropertiesCfg | None = None
+    """Properties of PhysX spatial tendons: ignored."""
     joint_drive_props: schemas.JointDrivePropertiesCfg | None = None
+    """Properties of the joint drives."""
     visual_material_path: str = "material"
     """Isaac Lab's prim path of the visual material. A label here."""
     visual_material: materials.VisualMaterialCfg | None = None
@@ -56,6 +60,7 @@ class GroundPlaneCfg(SpawnerCfg):
     size: tuple[float, float] = (100.0, 100.0)
     """Size drawn in m. The plane collides without end."""
     physics_material: materials.RigidBodyMaterialCfg = materials.RigidBodyMaterialCfg()
+    """Friction of the ground."""
 
     _ranges: ClassVar[Ranges] = {"color": NOT_NEGATIVE, "size": POSITIVE_OR_INF}
 

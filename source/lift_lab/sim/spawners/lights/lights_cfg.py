@@ -45,12 +45,19 @@ class LightCfg(SpawnerCfg):
 
     func: Callable = spawn_light
     prim_type: str = MISSING
+    """USD type of the light."""
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Colour in linear RGB, each in [0, 1]."""
     enable_color_temperature: bool = False
+    """Has no effect."""
     color_temperature: float = 6500.0
+    """Colour temperature in K. Has no effect."""
     normalize: bool = False
+    """Has no effect."""
     exposure: float = 0.0
+    """Has no effect."""
     intensity: float = 1.0
+    """Has no effect."""
 
     _ranges: ClassVar[Ranges] = {"color color_temperature intensity": NOT_NEGATIVE, "exposure": FINITE}
 

@@ -21,12 +21,19 @@ class RigidBodyMaterialCfg(PhysicsMaterialCfg):
     """
 
     static_friction: float = 0.5
+    """PhysX's friction at rest. Has no effect."""
     dynamic_friction: float = 0.5
+    """Sliding friction coefficient."""
     restitution: float = 0.0
+    """Ignored: contacts do not bounce."""
     friction_combine_mode: Literal["average", "min", "multiply", "max"] = "average"
+    """Ignored: MuJoCo takes the larger friction of two geoms."""
     restitution_combine_mode: Literal["average", "min", "multiply", "max"] = "average"
+    """Ignored: contacts do not bounce."""
     compliant_contact_stiffness: float = 0.0
+    """Ignored: MuJoCo's contact stiffness is per unit mass."""
     compliant_contact_damping: float = 0.0
+    """Ignored: MuJoCo's contact damping is per unit mass."""
 
     _ranges: ClassVar[Ranges] = {
         (
@@ -46,9 +53,11 @@ class DeformableBodyMaterialCfg(PhysicsMaterialCfg):
     density: float | None = None
     """Density in kg/m^3; None for that of water."""
     dynamic_friction: float = 0.25
+    """Sliding friction coefficient."""
     youngs_modulus: float = 50000000.0
     """Young's modulus in Pa."""
     poissons_ratio: float = 0.45
+    """Poisson's ratio."""
     elasticity_damping: float = 0.005
     """Damping over stiffness in s."""
     damping_scale: float = 1.0

@@ -18,10 +18,15 @@ class PreviewSurfaceCfg(VisualMaterialCfg):
     """A UsdPreviewSurface. Colours are linear RGB in [0, 1]."""
 
     diffuse_color: tuple[float, float, float] = (0.18, 0.18, 0.18)
+    """Colour of the surface."""
     emissive_color: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Has no effect."""
     roughness: float = 0.5
+    """Has no effect."""
     metallic: float = 0.0
+    """Has no effect."""
     opacity: float = 1.0
+    """Opacity, from 0 (invisible) to 1."""
 
     _ranges: ClassVar[Ranges] = {"diffuse_color emissive_color": NOT_NEGATIVE, "roughness metallic opacity": FRACTION}
 

@@ -18,8 +18,11 @@ class MeshCfg(RigidObjectSpawnerCfg, DeformableObjectSpawnerCfg):
     """A mesh: deformable with ``deformable_props``, else rigid as a shape of the same name is."""
 
     visual_material_path: str = "material"
+    """Isaac Lab's prim path of the visual material. A label here."""
     visual_material: materials.VisualMaterialCfg | None = None
+    """Colour and opacity of a :class:`PreviewSurfaceCfg`; None keeps the default grey."""
     physics_material_path: str = "material"
+    """Isaac Lab's prim path of the physics material. A label here."""
     physics_material: materials.PhysicsMaterialCfg | None = None
     """A :class:`DeformableBodyMaterialCfg` for a deformable mesh, a :class:`RigidBodyMaterialCfg` for a rigid one."""
 
@@ -30,5 +33,6 @@ class MeshCuboidCfg(MeshCfg):
 
     func: Callable = spawn_mesh_cuboid
     size: tuple[float, float, float] = MISSING
+    """Full lengths along x, y and z in m."""
 
     _ranges: ClassVar[Ranges] = {"size": POSITIVE}

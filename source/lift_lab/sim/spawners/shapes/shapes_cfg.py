@@ -21,9 +21,13 @@ class ShapeCfg(RigidObjectSpawnerCfg):
     """Base of primitive shapes."""
 
     visual_material_path: str = "material"
+    """Isaac Lab's prim path of the visual material. A label here."""
     visual_material: materials.VisualMaterialCfg | None = None
+    """Colour and opacity of a :class:`PreviewSurfaceCfg`; None keeps the default grey."""
     physics_material_path: str = "material"
+    """Isaac Lab's prim path of the physics material. A label here."""
     physics_material: materials.PhysicsMaterialCfg | None = None
+    """Friction of the shape; None is MuJoCo's default."""
 
 
 @configclass
@@ -32,6 +36,7 @@ class SphereCfg(ShapeCfg):
 
     func: Callable = spawn_sphere
     radius: float = MISSING
+    """Radius in m."""
 
     _ranges: ClassVar[Ranges] = {"radius": POSITIVE}
 
@@ -42,6 +47,7 @@ class CuboidCfg(ShapeCfg):
 
     func: Callable = spawn_cuboid
     size: tuple[float, float, float] = MISSING
+    """Full lengths along x, y and z in m."""
 
     _ranges: ClassVar[Ranges] = {"size": POSITIVE}
 
@@ -52,8 +58,11 @@ class CylinderCfg(ShapeCfg):
 
     func: Callable = spawn_cylinder
     radius: float = MISSING
+    """Radius in m."""
     height: float = MISSING
+    """Height in m."""
     axis: Literal["X", "Y", "Z"] = "Z"
+    """Axis of symmetry."""
 
     _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}
 
@@ -64,8 +73,11 @@ class CapsuleCfg(ShapeCfg):
 
     func: Callable = spawn_capsule
     radius: float = MISSING
+    """Radius in m."""
     height: float = MISSING
+    """Height without the caps in m."""
     axis: Literal["X", "Y", "Z"] = "Z"
+    """Axis of symmetry."""
 
     _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}
 
@@ -76,7 +88,10 @@ class ConeCfg(ShapeCfg):
 
     func: Callable = spawn_cone
     radius: float = MISSING
+    """Radius in m."""
     height: float = MISSING
+    """Height in m."""
     axis: Literal["X", "Y", "Z"] = "Z"
+    """Axis of symmetry."""
 
     _ranges: ClassVar[Ranges] = {"radius height": POSITIVE}
