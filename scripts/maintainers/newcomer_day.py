@@ -1,9 +1,9 @@
 """Follow a newcomer's first day, outside the checkout, with the wheel in a fresh environment.
 
-    python scripts/maintainers/newcomer_day.py [--keep DIR] [--python PYTHON]
+    python scripts/maintainers/newcomer_day.py [--keep DIR]
 
 It builds the wheel and installs it with the extra ``all`` in a new virtual environment. In an empty folder it then runs
-the demo, trains, evaluates and films the main task, trains and films the task of the tutorial and
+the demo, trains, evaluates and films the main task, trains and films the task of the tutorial, runs the notebook, and
 drives plain MuJoCo with the exported policy. It prints the seconds of each step and ends with 1 at the first failure.
 """
 
@@ -71,13 +71,14 @@ def follow(day: Day) -> int:
     is_bright(day, "demo.mp4")
     main_task(day)
     own_task(day)
+    notebook(day)
     deploy(day)
     print("the newcomer's day passed")
     return 0
 
 
 def install(day: Day) -> None:
-    """Build the wheel, and install it with what the deployed policy need."""
+    """Build the wheel, and install it with what the notebook and the deployed policy need."""
     begun = time.perf_counter()
     venv.create(day.folder / "env", with_pip=True)
     python = day.bin / "python"
@@ -85,7 +86,9 @@ def install(day: Day) -> None:
     pip = [python, "-m", "pip", "--quiet", "--quiet", "--disable-pip-version-check"]
     subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", wheels, ROOT], check=True)
     (wheel,) = wheels.glob("lift_lab-*.whl")
-    subprocess.run([*pip, "install", f"lift-lab[all] @ {wheel.as_uri()}", "onnxruntime"], check=True)
+    subprocess.run(
+        [*pip, "install", f"lift-lab[all] @ {wheel.as_uri()}", "nbconvert", "ipykernel", "onnxruntime"], check=True
+    )
     megabytes = wheel.stat().st_size / 1e6
     print(f"{time.perf_counter() - begun:6.1f} s  wheel of {megabytes:.1f} MB built and installed", flush=True)
     where = day.run("import from the wheel", "python", "-c", "import lift_lab; print(lift_lab.__file__)").strip()
@@ -134,6 +137,15 @@ def own_task(day: Day) -> None:
     words = ("--num_envs", "1", "--steps", "25", "--video", "knock.mp4")
     day.run("film it", "lift-lab", "play", *task[:2], *words)
     is_bright(day, "knock.mp4")
+
+
+def notebook(day: Day) -> None:
+    """Run the cells of the notebook."""
+    words = ("--to", "notebook", "--execute", "--output-dir", day.home, "--output", "done.ipynb")
+    day.run("run the notebook", "jupyter-nbconvert", *words, ROOT / "docs/notebooks/quick_start.ipynb")
+    cells = json.loads((day.home / "done.ipynb").read_text())["cells"]
+    shown = [data for cell in cells for output in cell.get("outputs", []) for data in output.get("data", {}).values()]
+    expect(any("<video" in "".join(data) for data in shown), "the notebook shows no film")
 
 
 def deploy(day: Day) -> None:
