@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -141,6 +142,13 @@ def run(main: Callable[[], int | None]) -> None:
 
 def _status(main: Callable[[], int | None], out: output.Output) -> int:
     """Run a main function; its exit status, also after an error of the user or a signal."""
+    if "MUJOCO_GL" in os.environ:
+        from lift_lab.drawing.opengl import mujoco_problem
+
+        problem = mujoco_problem()
+        if problem is not None:
+            print(f"error: {problem}", file=sys.stderr)
+            return USAGE_ERROR
     try:
         status = main() or 0
         out.flush()  # may find that nobody reads

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .opengl import INSTALL, DrawError
+from .opengl import DrawError, mujoco_problem
 
 if TYPE_CHECKING:
     from .scene import Picture
@@ -190,14 +190,10 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if args.background:
         os.nice(19)
-    try:
-        # A missing library ends this import where MUJOCO_GL names it.
-        import mujoco  # noqa: F401
-    except (ImportError, AttributeError, OSError, RuntimeError) as error:
-        problem = " ".join(str(error).split())
-        print(f"mujoco cannot be imported ({problem}): unset MUJOCO_GL, or {INSTALL}", file=sys.stderr)
+    problem = mujoco_problem()
+    if problem is not None:
+        print(problem, file=sys.stderr)
         return _FAILED
-
     try:
         draw_film(Film.load(args.film), args.video)
     except (DrawError, OSError) as error:

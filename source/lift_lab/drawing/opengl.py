@@ -30,6 +30,19 @@ class Context(Protocol):
         """Free it."""
 
 
+def mujoco_problem() -> str | None:
+    """Why mujoco cannot be imported with the library that ``MUJOCO_GL`` names, in one line; None if it can."""
+    if "MUJOCO_GL" not in os.environ:
+        return None
+    try:
+        import mujoco  # noqa: F401
+    except (ImportError, AttributeError, OSError, RuntimeError) as error:
+        problem = " ".join(str(error).split())
+        setting = f"MUJOCO_GL={os.environ['MUJOCO_GL']}"
+        return f"mujoco cannot be imported with {setting} ({problem}): unset MUJOCO_GL, or {INSTALL}"
+    return None
+
+
 def open_context(width: int, height: int) -> Context:
     """Open an off-screen context.
 

@@ -131,6 +131,20 @@ def test_without_a_library_one_line_names_the_packages(tmp_path):
     assert shown.count("\n") == 0
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
+def test_a_command_answers_in_one_line_where_the_users_library_is_missing(tmp_path):
+    for name in ("libEGL.so", "libEGL.so.1"):
+        (tmp_path / name).write_bytes(b"")
+    kept = {name: os.environ[name] for name in ("PATH", "PYTHONPATH", "HOME") if name in os.environ}
+    kept |= {"LD_LIBRARY_PATH": str(tmp_path), "MUJOCO_GL": "egl"}
+    command = [sys.executable, "-m", "lift_lab_cli", "play", "--task", "Cartpole"]
+    done = subprocess.run(command, env=kept, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: mujoco cannot be imported with MUJOCO_GL=egl (")
+    assert "unset MUJOCO_GL, or on Debian or Ubuntu: apt-get install libegl1" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("value", "message"),
     [

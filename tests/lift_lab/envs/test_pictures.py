@@ -5,6 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 import torch
+from pxr import Usd
 
 import lift_lab.envs.mdp as mdp
 import lift_lab.sim as sim_utils
@@ -126,6 +127,23 @@ def test_the_camera_stays_where_it_is_while_a_fixed_robot_moves(make_env, make_c
         env.step(torch.ones(4, 7))
     after = render_view(env, capture)
     assert (after.lookat, after.distance) == (before.lookat, before.distance)
+
+
+def test_the_camera_goes_along_with_a_robot_whose_base_is_free(make_env, make_cfg, arm_file, tmp_path):
+    stage = Usd.Stage.Open(str(arm_file))
+    stage.RemovePrim("/Arm/root_joint")
+    stage.Export(str(tmp_path / "free.usda"))
+    cfg = make_cfg()
+    cfg.scene.robot.spawn = sim_utils.UsdFileCfg(usd_path=str(tmp_path / "free.usda"))
+    env = make_env(ManagerBasedRLEnv, cfg)
+    env.reset()
+    capture = FrameCapture(env)
+    before = render_view(env, capture)
+    pose = env.scene["robot"].data.root_state_w[:, :7].clone()
+    env.scene["robot"].write_root_pose_to_sim(pose + torch.tensor([2.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0]))
+    after = render_view(env, capture)
+    assert np.subtract(after.lookat, before.lookat) == pytest.approx([2.0, -1.0, 0.5], abs=1e-4)
+    assert after.distance == before.distance
 
 
 def test_a_dome_light_is_the_only_light_of_its_scene(shown):
