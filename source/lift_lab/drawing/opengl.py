@@ -31,7 +31,7 @@ class Context(Protocol):
 
 
 def mujoco_problem() -> str | None:
-    """Why mujoco cannot be imported with the library that ``MUJOCO_GL`` names, in one line; None if it can."""
+    """Return why mujoco cannot be imported with the library that ``MUJOCO_GL`` names, in one line; None if it can."""
     if "MUJOCO_GL" not in os.environ:
         return None
     try:
