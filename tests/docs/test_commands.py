@@ -46,7 +46,6 @@ ELSEWHERE = {
     "lift-lab demo": "tests/wheel and scripts/maintainers/newcomer_day.py",
     "python -m pytest": "this",
     "pip install -e '.[viewer]'": "part of the tests' own environment",
-    "pip install -e '.[video]'": "part of the tests' own environment",
     "pip install 'lift-lab[video]'": "part of the tests' own environment",
     "lift-lab train --task Lift-Cube-Franka --video": "tests/scripts/test_video_while_training.py",
     "lift-lab usd assets/usd/franka_panda.usda --view panda.png": "tests/lift_lab/usd/test_usd_tools.py",
