@@ -58,9 +58,11 @@ class ViewerSession:
             server, self._post, env.num_envs, self._goals, self._policy.choices(), self._scene, self._plot
         )
         self._do_plot(self._plot.groups[min(1, len(self._plot.groups) - 1)])
-        self._paused, self._single, self._speed, self._follow_newest = False, False, 1.0, False
+        self._paused, self._speed, self._follow_newest = False, 1.0, False
+        self._single_steps = 0
         self._stopping = False
         self._problem: str | None = None
+        self._problem_of = ""
         self.steps = 0
         """Environment steps taken."""
         self.draws = 0
@@ -92,8 +94,8 @@ class ViewerSession:
                 if asked := self._answer():
                     pending = True
                     obs = self._env.get_observations() if asked & _CHANGE_THE_TASK else obs
-                if (not self._paused and now >= due) or self._single:
-                    obs, pending, self._single = self._step(obs), True, False
+                if (not self._paused and now >= due) or self._single_steps:
+                    obs, pending, self._single_steps = self._step(obs), True, max(self._single_steps - 1, 0)
                     pace = self._inner.step_dt / self._speed if self._speed else 0.0
                     due = max(due + pace, now - _LONGEST_DELAY_S)
                 if pending and now - drawn >= 1.0 / MAX_DRAWS_PER_S:
@@ -170,25 +172,31 @@ class ViewerSession:
                 try:
                     getattr(self, f"_do_{name}")(*values)
                 except LiftLabError as error:
-                    self._report(str(error))
+                    self._report(str(error), name)
+                else:
+                    if name == self._problem_of:  # what was wrong is now right
+                        self._problem, self._problem_of = None, ""
         return {name for name, _ in asked}
 
     def _do_pause(self) -> None:
         self._paused = not self._paused
         self._panel.pause.label = "Go on" if self._paused else "Pause"
+        self._single_steps = 0
 
     def _do_step(self) -> None:
-        self._single = True
         if not self._paused:
             self._do_pause()
+        self._single_steps += 1
 
     def _do_reset(self) -> None:
         self._env.reset()
+        self._policy.reset(torch.ones(self._env.num_envs, dtype=torch.bool, device=self._env.device))
         self._puller.forget_motion()
         self._success.forget()
 
-    def _report(self, problem: str) -> None:
-        self._problem = problem
+    def _report(self, problem: str, what: str = "") -> None:
+        """Show a problem until what was asked succeeds, or for an empty name until a policy is chosen."""
+        self._problem, self._problem_of = problem, what
         print(f"viewer: {problem}")
 
     def _do_speed(self, text: str) -> None:

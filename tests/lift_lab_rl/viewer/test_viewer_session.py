@@ -59,6 +59,35 @@ def test_one_step_at_a_time(env, session):
     assert session._paused
 
 
+def test_every_click_on_step_is_a_step_also_while_one_is_running(session):
+    for _ in range(3):
+        session._post("step")
+    wait, idle = session._wait, iter(range(10))
+    session._wait = lambda due: wait(due) if next(idle, None) is not None else session.stop()
+    session.run(10)
+    assert session.steps == 3
+
+
+def test_a_reset_by_hand_forgets_the_memory_of_the_policy(session):
+    seen = []
+    session._policy.reset = lambda dones: seen.append(dones.tolist())
+    session._post("reset")
+    session.run(1)
+    assert seen == [[True] * 3, [False] * 3]
+
+
+def test_a_problem_is_shown_until_the_same_control_gets_a_good_value(session):
+    session._post("env", 99)
+    session.run(1)
+    assert "no environment 99" in session.problem
+    session._post("speed", "2")
+    session.run(2)
+    assert "no environment 99" in session.problem
+    session._post("env", 1)
+    session.run(3)
+    assert session.problem is None
+
+
 def test_ctrl_c_ends_it_after_the_running_step_and_a_second_one_at_once(env, session):
     handler = signal.signal(signal.SIGINT, session.stop)
     try:
