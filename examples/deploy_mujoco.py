@@ -28,13 +28,16 @@ class Policy:
     """A network and what its file says about it."""
 
     def __init__(self, path):
-        self.session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+        try:
+            self.session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
+        except Exception as error:  # the classes of onnxruntime's errors have no common base of their own
+            raise SystemExit(f"{path} cannot be read: {error}") from None
         texts = self.session.get_modelmeta().custom_metadata_map
         if texts.get("format") != "1":
             raise SystemExit(f"{path}: no metadata of format 1; export the policy with this version of lift_lab")
         self.meta = {key: json.loads(texts[key]) for key in ("observations", "actions", "commands", "assets")}
         self.meta |= {key: float(texts[key]) for key in ("step_dt", "physics_dt", "episode_length_s")}
-        self.decimation = int(texts["decimation"])
+        self.task, self.decimation = texts["task"], int(texts["decimation"])
         limit = json.loads(texts["clip_actions"])
         self.limit = np.inf if limit is None else limit
         self.reset()
@@ -54,7 +57,10 @@ class Robot:
     """The scene in MuJoCo, read and driven as the metadata says. On a real robot this class talks to the hardware."""
 
     def __init__(self, path, policy):
-        self.model = mujoco.MjModel.from_xml_path(str(path))
+        try:
+            self.model = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError as error:
+            raise SystemExit(f"{path} cannot be read: {error}") from None
         self.data = mujoco.MjData(self.model)
         self.meta, self.decimation = policy.meta, policy.decimation
         self.histories = {}
@@ -166,7 +172,11 @@ def main():
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
+    if args.episodes < 1:
+        parser.error(f"--episodes must be at least 1, got {args.episodes}")
     policy = Policy(args.folder / "policy.onnx")
+    if "object" not in policy.meta["assets"] or len(policy.meta["commands"]) != 1:
+        raise SystemExit(f"'{policy.task}' is no lift task: write run_episode for it")
     robot = Robot(args.folder / "scene.xml", policy)
     rng = np.random.default_rng(args.seed)
     results = [run_episode(policy, robot, rng) for _ in range(args.episodes)]

@@ -114,3 +114,39 @@ def test_it_names_what_it_does_not_know(exported, example):
     robot.meta["actions"][0]["class"] = "joint_velocity_action"
     with pytest.raises(SystemExit, match="add the action 'joint_velocity_action'"):
         robot.step(np.zeros(8))
+
+
+def test_it_ends_with_one_line_where_files_are_missing_or_damaged(exported, example, tmp_path, monkeypatch):
+    network, scene = tmp_path / "policy.onnx", tmp_path / "scene.xml"
+    monkeypatch.setattr(sys, "argv", ["deploy_mujoco.py", str(tmp_path), "--episodes", "1"])
+    with pytest.raises(SystemExit, match=r"policy\.onnx cannot be read: .*No such file"):
+        example.main()
+    network.write_bytes((exported / "policy.onnx").read_bytes()[:20000])
+    with pytest.raises(SystemExit, match=r"policy\.onnx cannot be read: "):
+        example.main()
+    network.write_bytes((exported / "policy.onnx").read_bytes())
+    with pytest.raises(SystemExit, match=r"scene\.xml cannot be read: "):
+        example.main()
+    scene.write_text("<mujoco")
+    with pytest.raises(SystemExit, match=r"scene\.xml cannot be read: "):
+        example.main()
+
+
+@pytest.mark.parametrize("changes", [{"commands": "[]"}, {"assets": '{"robot": {}}'}], ids=["command", "object"])
+def test_it_ends_with_one_line_for_other_tasks(exported, example, tmp_path, monkeypatch, changes):
+    onnx = pytest.importorskip("onnx")
+    model = onnx.load(exported / "policy.onnx")
+    for entry in model.metadata_props:
+        entry.value = {**changes, "task": "My-Task"}.get(entry.key, entry.value)
+    onnx.save(model, tmp_path / "policy.onnx")
+    monkeypatch.setattr(sys, "argv", ["deploy_mujoco.py", str(tmp_path)])
+    with pytest.raises(SystemExit, match="'My-Task' is no lift task"):
+        example.main()
+
+
+@pytest.mark.parametrize("episodes", ["0", "-2"])
+def test_it_refuses_less_than_one_episode(example, tmp_path, monkeypatch, capsys, episodes):
+    monkeypatch.setattr(sys, "argv", ["deploy_mujoco.py", str(tmp_path), "--episodes", episodes])
+    with pytest.raises(SystemExit):
+        example.main()
+    assert f"--episodes must be at least 1, got {episodes}" in capsys.readouterr().err
