@@ -41,8 +41,8 @@ def main() -> int:
     for path, source in package.sources.items():
         if source.problem is not None:
             print(f"not parsed, unchanged: {place / path}: {source.problem}")
-    for path in package.left_out:
-        print(f"link to a folder, left out: {package.folder / path}")
+    for path, kind in package.left_out.items():
+        print(f"{kind}, left out: {package.folder / path}")
     for remark in package.mentions():
         print(f"change by hand: {place / remark.file}:{remark.line}: {remark.text}")
     print(f"names that lift_lab does not support: {len(unsupported)}")

@@ -56,16 +56,18 @@ class Package:
         """Python files by their path in the folder."""
         self.others: list[PurePosixPath] = []
         """All other files."""
-        self.left_out: list[PurePosixPath] = []
-        """Links to folders, which are not followed."""
+        self.left_out: dict[PurePosixPath, str] = {}
+        """What is not copied, and what it is: links to folders, links to nothing, pipes."""
         for place, folders, files in os.walk(folder):
             inside = Path(place).relative_to(folder)
             links = [name for name in folders if Path(place, name).is_symlink()]
-            self.left_out += [PurePosixPath(inside, name) for name in links]
+            self.left_out |= {PurePosixPath(inside, name): "link to a folder" for name in links}
             folders[:] = sorted({*folders} - {*links, *_LEFT_OUT})
             for name in sorted(files):
                 path = PurePosixPath(inside, name)
-                if name.endswith(_PYTHON):
+                if not (folder / path).is_file():
+                    self.left_out[path] = "link to nothing" if (folder / path).is_symlink() else "not a regular file"
+                elif name.endswith(_PYTHON):
                     self.sources[path] = port((folder / path).read_bytes())
                 elif not name.endswith(".pyc"):
                     self.others.append(path)

@@ -1,6 +1,7 @@
 """Porting replaces the names of Isaac Lab's packages and no other byte, and lists what lift_lab does not have."""
 
 import ast
+import os
 import re
 import sys
 
@@ -211,6 +212,21 @@ def test_a_package_is_written_and_reported(call, package, tmp_path):
         "written: ported/my_task",
     ]
     assert sorted(path.name for path in (tmp_path / "ported").iterdir()) == ["my_task"]
+
+
+def test_what_is_no_file_is_named_and_left_out(call, tmp_path):
+    """Editors leave links to nothing beside a file that is open."""
+    folder = tmp_path / "theirs"
+    (folder / "mdp").mkdir(parents=True)
+    (folder / "a.py").write_text("import isaaclab.sim\n")
+    (folder / ".#a.py").symlink_to("me@host.123")
+    (folder / "same").symlink_to("mdp")
+    os.mkfifo(folder / "pipe.py")
+    code, printed, _ = call(folder, "--out", tmp_path / "out")
+    assert code == 0
+    for name, kind in ((".#a.py", "link to nothing"), ("same", "link to a folder"), ("pipe.py", "not a regular file")):
+        assert f"{kind}, left out: {folder / name}" in printed
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["a.py"]
 
 
 def test_in_place_gives_the_same_and_only_if_asked(call, package, tmp_path):
