@@ -53,6 +53,11 @@ class Camera:
                 client.camera.look_at = target
         self.update(env_id)
 
+    def select(self, env_id: int) -> None:
+        """Move all cameras to an environment, and to its body that is followed."""
+        self.show(env_id)
+        self.follow(self._body_id, env_id)
+
     def follow(self, body_id: int | None, env_id: int) -> None:
         """Keep a body of an environment in front of the cameras, which turn to it first.
 

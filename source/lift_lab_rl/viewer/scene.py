@@ -93,7 +93,7 @@ class ViewerScene:
         self.env_id = int(env_id)
         if self.shown["only_env"]:
             self._show_only_env(True)
-        self.camera.show(self.env_id)
+        self.camera.select(self.env_id)
 
     def follow(self, name: str | None) -> None:
         """Keep a body of the selected environment in front of the cameras; None for nothing.

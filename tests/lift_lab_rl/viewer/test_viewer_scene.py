@@ -109,9 +109,14 @@ def test_to_follow_a_body_keeps_it_at_one_place_of_the_picture(env, session):
     np.testing.assert_allclose(world.position, -moved, atol=1e-5)
     camera = session._server.initial_camera
     np.testing.assert_allclose(camera.look_at, before, atol=1e-5)
+    session._post("env", 1)  # the same body of another environment is in the middle, too
+    session.run(16)
+    shown = hand.batched_positions[1] + np.asarray(world.position)
+    np.testing.assert_allclose(camera.look_at, shown, atol=0.05)
+    session._post("env", 0)
     session._post("view")
     session._post("follow", "nothing")
-    session.run(16)
+    session.run(17)
     assert not world.position.any()
     assert np.linalg.norm(camera.look_at - before) > 0.02
 
