@@ -1,4 +1,4 @@
-"""Write the reStructuredText in docstrings as Markdown: a griffe extension, which mkdocstrings loads.
+"""Write reStructuredText in docstrings as Markdown, and cached properties as such: a griffe extension of mkdocstrings.
 
 Docstrings have ``.. code-block::``, paragraphs that end with ``::`` and ``:math:``. The reference's pages are Markdown.
 """
@@ -34,3 +34,14 @@ class Rst(griffe.Extension):
         """Rewrite the docstring of an object."""
         if obj.docstring is not None:
             obj.docstring.value = to_markdown(obj.docstring.value)
+
+    def on_class_members(self, *, cls: griffe.Class, **kwargs: Any) -> None:
+        """Show what the decorator ``cached`` makes as properties: it is a sub-class of ``property``."""
+        for name, member in list(cls.members.items()):
+            if isinstance(member, griffe.Function) and any(str(made.value) == "cached" for made in member.decorators):
+                attribute = griffe.Attribute(
+                    name, lineno=member.lineno, endlineno=member.endlineno, annotation=member.returns, parent=cls
+                )
+                attribute.docstring = member.docstring
+                attribute.labels = {"property"}
+                cls.set_member(name, attribute)

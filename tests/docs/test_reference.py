@@ -17,7 +17,7 @@ from lift_lab.isaac.finder import MODULES
 from lift_lab.utils.configclass import ConfigBase
 from lift_lab_tasks.utils import load_cfg_from_registry, registered_tasks, task_kwargs
 
-pytest.importorskip("griffe", reason="mkdocstrings is not installed (the extra 'docs')")
+griffe = pytest.importorskip("griffe", reason="mkdocstrings is not installed (the extra 'docs')")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts" / "maintainers"))
 docs_reference, docs_rst = map(importlib.import_module, ("docs_reference", "docs_rst"))
 
@@ -147,3 +147,12 @@ def test_blocks_of_code_in_docstrings_become_markdown():
     assert docs_rst.to_markdown(text) == (
         "First.\n\n```python\nx = 1\n\nif x:\n    y = 2\n```\n\nAs `q_1` in:\n\n    a::b"
     )
+
+
+def test_cached_values_of_assets_are_shown_as_properties():
+    extensions = griffe.load_extensions(docs_rst.Rst)
+    options = {"search_paths": [Path(lift_lab.__file__).parents[1]], "extensions": extensions}
+    data = griffe.load("lift_lab.assets.body_state", **options)
+    found = [cls.members["root_ang_vel_b"] for cls in data.classes.values() if "root_ang_vel_b" in cls.members]
+    assert found
+    assert all(isinstance(member, griffe.Attribute) and member.docstring for member in found)
