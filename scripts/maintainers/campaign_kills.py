@@ -80,10 +80,16 @@ def _not_continued(text: str, last: list[Path]) -> list[str]:
 
 def kill_exports(folder: Path, kills: int, rng: random.Random, tally: Tally, ref: References) -> None:
     """Kill play.py while it exports and plays."""
+    import mujoco
     import onnx
     import onnxruntime  # noqa: F401 - forks have what play.py needs
     import torch
 
+    readers = {
+        ".pt": torch.jit.load,
+        ".onnx": onnx.checker.check_model,
+        ".xml": mujoco.MjModel.from_xml_path,  # pyright: ignore[reportAttributeAccessIssue]
+    }
     checkpoint = checkpoints(ref.folder("native"))[-1]
     args = ["--task", "Cartpole", "--device", "cpu", "--num_envs", "2", "--steps", "20", "--num_threads", "1"]
     length_s = 1.0
@@ -105,7 +111,7 @@ def kill_exports(folder: Path, kills: int, rng: random.Random, tally: Tally, ref
         problems = ended.problems(-sent, 128 + sent, 0)
         for path in (run / "exported").glob("[!.]*"):
             try:
-                torch.jit.load(str(path)) if path.suffix == ".pt" else onnx.checker.check_model(str(path))
+                readers[path.suffix](str(path))
             except Exception as error:
                 problems.append(f"{path.name}: {error}")
         tally.note("export: killed", problems, f"{sent.name} in {place.name}")
