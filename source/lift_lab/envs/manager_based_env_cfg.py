@@ -12,6 +12,7 @@ from lift_lab.utils.ranges import COUNT_OR_ZERO, INT32_COUNT, SEED, Ranges
 
 from . import mdp
 from .common import ViewerCfg
+from .mirror.mirror_cfg import MirrorCfg
 
 __all__ = [
     "DefaultEventManagerCfg",
@@ -50,6 +51,8 @@ class ManagerBasedEnvCfg(ConfigBase):
     """Action terms."""
     events: Annotated[Any, object] = DefaultEventManagerCfg()
     """Event terms; by default a reset puts everything into its default state."""
+    mirror: MirrorCfg | None = None
+    """Mirror symmetry of the task, for mirrored samples and symmetric policies (ours); None for none."""
     rerender_on_reset: bool = False
     """Isaac Lab's switch for rendered sensors. Ignored: there are none."""
     num_rerenders_on_reset: int = 0

@@ -2,14 +2,17 @@
 
 - :obj:`FRANKA_PANDA_CFG`: gains with which grasping is learned.
 - :obj:`FRANKA_PANDA_HIGH_PD_CFG`: less damping, to follow the targets of an inverse-kinematics controller.
+- :obj:`FRANKA_PANDA_MIRROR`: how the joints mirror in the plane between left and right.
 
 Names, initial pose and actuator groups are Isaac Lab's. Some PhysX values do not carry over to MuJoCo; the docstring
 lists them with the reason. Masses, limits and shapes come from the USD file (see its NOTICE for sources).
 """
 
+import math
+
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
-from lift_lab.assets.articulation import ArticulationCfg
+from lift_lab.assets.articulation import ArticulationCfg, ArticulationMirrorCfg
 from lift_lab_assets.files import ASSETS_USD_DIR
 
 FRANKA_PANDA_CFG = ArticulationCfg(
@@ -78,3 +81,14 @@ with a lag of damping / stiffness: 0.2 s instead of the 0.4 s of :obj:`FRANKA_PA
 """
 FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_shoulder"].damping = 80.0
 FRANKA_PANDA_HIGH_PD_CFG.actuators["panda_forearm"].damping = 80.0
+
+FRANKA_PANDA_MIRROR = ArticulationMirrorCfg(
+    signs={"panda_joint[1357]": -1.0, "panda_joint[246]": 1.0, "panda_finger_joint.*": 1.0},
+    swaps={"finger_joint1": "finger_joint2", "leftfinger": "rightfinger"},
+    offsets={"panda_joint7": math.pi / 2},
+)
+"""Mirror image of the Panda in its plane y = 0.
+
+The hand is mounted at 45 degrees to the flange. So joint 7 has an offset: its image is pi/2 - q. The fingers change
+places.
+"""

@@ -3,5 +3,6 @@
 from .articulation import Articulation
 from .articulation_cfg import ArticulationCfg
 from .articulation_data import ArticulationData
+from .mirror_cfg import ArticulationMirrorCfg
 
-__all__ = ["Articulation", "ArticulationCfg", "ArticulationData"]
+__all__ = ["Articulation", "ArticulationCfg", "ArticulationData", "ArticulationMirrorCfg"]

@@ -9,12 +9,14 @@ import torch
 from lift_lab.managers import SceneEntityCfg
 from lift_lab.utils.io_descriptors import generic_io_descriptor
 from lift_lab.utils.math import quat_apply_inverse
+from lift_lab.utils.mirror import mirrors_as
 
 if TYPE_CHECKING:
     from lift_lab.assets import RigidObject
     from lift_lab.envs import ManagerBasedRLEnv
 
 
+@mirrors_as("vector")
 @generic_io_descriptor(units="m", axes=["X", "Y", "Z"], observation_type="RootState")
 def object_position_in_robot_root_frame(
     env: ManagerBasedRLEnv,

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from lift_lab.assets import RigidObjectCfg
+from lift_lab.envs.mirror import MirrorCfg
 from lift_lab.managers import CurriculumTermCfg as CurrTerm
 from lift_lab.markers.config import FRAME_MARKER_CFG
 from lift_lab.sensors import FrameTransformerCfg, OffsetCfg
 from lift_lab.sim.spawners.from_files.from_files_cfg import UsdFileCfg
 from lift_lab.utils import configclass
 from lift_lab_assets.files import ASSETS_USD_DIR
-from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG
+from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG, FRANKA_PANDA_MIRROR
 from lift_lab_tasks.manager_based.manipulation.lift import mdp
 from lift_lab_tasks.manager_based.manipulation.lift.lift_env_cfg import LiftEnvCfg
 
@@ -39,6 +40,7 @@ class FrankaCubeLiftEnvCfg(LiftEnvCfg):
     def __post_init__(self):
         super().__post_init__()
         self.scene.robot = FRANKA_PANDA_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
+        self.mirror = MirrorCfg(assets={"robot": FRANKA_PANDA_MIRROR})
         self.actions.arm_action = mdp.JointPositionActionCfg(
             asset_name="robot", joint_names=["panda_joint.*"], scale=0.5, use_default_offset=True
         )

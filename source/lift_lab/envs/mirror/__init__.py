@@ -1,0 +1,6 @@
+"""Mirror images of a task's observations and actions, declared by term."""
+
+from .mirror_cfg import MirrorCfg
+from .task_mirror import TaskMirror
+
+__all__ = ["MirrorCfg", "TaskMirror"]
