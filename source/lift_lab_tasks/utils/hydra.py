@@ -2,6 +2,8 @@
 
 - ``env.<path>=<value>``, ``agent.<path>=<value>``: set an entry. Entries of a list have numbers: ``target_frames.0``.
 - ``env.<path>=null``: leave a term out.
+- ``agent.<path>.<field>=<value>`` where the entry at ``<path>`` is null and may be a configuration: it gets one with
+  the defaults of its class first, such as ``agent.algorithm.symmetry_cfg.use_data_augmentation=true``.
 - ``+env.<path>=<value>``, ``~env.<path>``: add to or remove from a dictionary.
 - ``env/<path>=<name>``: choose a preset that the task was registered with::
 
@@ -187,6 +189,7 @@ def _apply(cfgs: dict[str, Any], overrides: Sequence[Override]) -> None:
     if not overrides:
         return
     for override in overrides:
+        _make_parents(cfgs, override.key_or_group.split("."))
         _check_key(cfgs, override)
     composed = _compose(cfgs, [_for_hydra(cfgs, override) for override in overrides])
     for override in overrides:
@@ -324,6 +327,20 @@ def _refuse_empty(cfgs: dict[str, Any], override: Override) -> None:
 
 
 # -- paths
+
+
+def _make_parents(cfgs: dict[str, Any], path: list[str]) -> None:
+    """Give each entry above a path that is None a configuration, where its annotation names one class of them."""
+    node: Any = cfgs
+    for name in path[:-1]:
+        if name not in _children(node):
+            return
+        if _get(node, name) is None and dataclasses.is_dataclass(node):
+            options = [o for o in get_args(field_hints(type(node)).get(name)) if dataclasses.is_dataclass(o)]
+            if len(options) != 1:
+                return
+            setattr(node, name, options[0]())  # pyright: ignore[reportCallIssue]
+        node = _get(node, name)
 
 
 def _check_key(cfgs: dict[str, Any], override: Override) -> None:

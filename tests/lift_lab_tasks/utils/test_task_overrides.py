@@ -69,8 +69,15 @@ class EnvCfg:
 
 
 @configclass
+class MirrorLossCfg:
+    coef: float = 0.0
+    augment: bool = False
+
+
+@configclass
 class AgentCfg:
     max_iterations: int = 100
+    mirror_loss: MirrorLossCfg | None = None
     gamma: float = 0.98
 
 
@@ -193,6 +200,14 @@ def test_a_wrong_override_is_answered_in_one_line(override, message):
 def test_a_null_default_takes_a_value_and_null_again():
     assert overridden("env.seed=3")[0].seed == 3
     assert overridden("env.seed=3", "env.seed=null")[0].seed is None
+
+
+def test_an_entry_below_null_makes_the_configuration_that_the_annotation_names():
+    _, agent = overridden("agent.mirror_loss.coef=0.5")
+    assert agent.mirror_loss.to_dict() == {"coef": 0.5, "augment": False}
+    assert overridden("agent.mirror_loss={augment:true}")[1].mirror_loss.augment is True
+    assert overridden("agent.gamma=0.9")[1].mirror_loss is None
+    check_one_line(lambda: overridden("agent.mirror_loss.cof=1"), "did you mean 'agent.mirror_loss.coef'?")
 
 
 def test_nothing_is_written_and_no_directory_entered(tmp_path, monkeypatch):
