@@ -66,6 +66,35 @@ def weights(algorithm):
     return torch.cat([value.detach().double().flatten() for value in state])
 
 
+def flipped(env, obs=None, actions=None):
+    """Each sample and its image: numbers change places and signs, and one action has an offset."""
+    if obs is not None:
+        image = obs["policy"][:, [1, 0, 2, 3, 4]] * torch.tensor([1.0, 1.0, -1.0, 1.0, -1.0])
+        obs = torch.cat([obs, TensorDict({"policy": image}, batch_size=obs.batch_size)])
+    if actions is not None:
+        actions = torch.cat([actions, actions * torch.tensor([-1.0, 1.0, -1.0]) + torch.tensor([0.3, 0.0, 0.0])])
+    return obs, actions
+
+
+def turned(env, obs=None, actions=None):
+    """Four of each sample, as of a body with four equal sides."""
+    quarter = [1, 2, 3, 0, 4]
+    if obs is not None:
+        images = [obs["policy"]]
+        for _ in range(3):
+            images.append(images[-1][:, quarter])
+        obs = TensorDict({"policy": torch.cat(images)}, batch_size=[4 * len(obs)])
+    if actions is not None:
+        actions = torch.cat([actions, actions.roll(1, 1), actions.roll(2, 1), -actions])
+    return obs, actions
+
+
+def symmetric(func=flipped, augment=True, loss=False):
+    """Settings of rsl_rl's symmetry extension."""
+    cfg = {"data_augmentation_func": func, "use_data_augmentation": augment, "use_mirror_loss": loss}
+    return {"symmetry_cfg": {**cfg, "mirror_loss_coeff": 0.7, "env": None}}
+
+
 @pytest.mark.parametrize(
     "settings",
     [
@@ -75,8 +104,27 @@ def weights(algorithm):
         {"schedule": "fixed", "entropy_coef": 0.0, "desired_kl": None},
         {"optimizer": "sgd", "normalise": (False, False)},
         {"optimizer": "adamw", "normalise": (False, True)},
+        symmetric(),
+        {**symmetric(loss=True), "activation": "tanh", "normalize_advantage_per_mini_batch": True},
+        {**symmetric(augment=False, loss=True), "normalise": (False, True)},
+        symmetric(augment=False),
+        {**symmetric(turned, loss=True), "schedule": "fixed", "optimizer": "sgd"},
+        symmetric(turned, augment=False, loss=True),
     ],
-    ids=["elu", "scalar std, plain value loss", "tanh, advantages by minibatch", "fixed rate", "sgd", "adamw"],
+    ids=[
+        "elu",
+        "scalar std, plain value loss",
+        "tanh, advantages by minibatch",
+        "fixed rate",
+        "sgd",
+        "adamw",
+        "mirrored samples",
+        "mirrored samples, mirror loss, tanh, advantages by minibatch",
+        "mirror loss, one normalisation",
+        "mirror loss in the log",
+        "four copies, mirror loss, sgd",
+        "four copies, only the mirror loss",
+    ],
 )
 def test_an_update_ends_where_rsl_rl_ends(settings):
     # One rollout: rsl_rl draws (unused) actions while it learns, so that its later rollouts see other noise.
@@ -98,9 +146,10 @@ def test_a_critic_that_normalises_otherwise_than_the_actor_goes_on_doing_so():
     torch.testing.assert_close(weights(ours), weights(theirs), atol=2e-5, rtol=1e-4)
 
 
+@pytest.mark.parametrize("settings", [{}, symmetric(loss=True)], ids=["plain", "symmetry"])
 @pytest.mark.parametrize("threads", [2, 3, 8])
-def test_the_number_of_threads_does_not_change_a_bit(threads):
-    one, many = make(LiftLabPPO, rows=17, num_threads=1), make(LiftLabPPO, rows=17, num_threads=threads)
+def test_the_number_of_threads_does_not_change_a_bit(threads, settings):
+    one, many = (make(LiftLabPPO, rows=17, num_threads=count, **settings) for count in (1, threads))
     rollouts(one), rollouts(many)
     assert torch.equal(weights(one), weights(many))
 

@@ -74,7 +74,11 @@ class MicroBatches:
         return torch.cat(self._pool.map(job, len(bounds)))
 
     def gradients(
-        self, inputs: Sequence[torch.Tensor], losses: Sequence[Loss], counts: Sequence[int]
+        self,
+        inputs: Sequence[torch.Tensor],
+        losses: Sequence[Loss],
+        counts: Sequence[int],
+        together: Sequence[int] = (1, 1),
     ) -> list[GradientSums]:
         """Gradients of a minibatch, averaged over its samples and over all processes.
 
@@ -82,43 +86,51 @@ class MicroBatches:
             inputs: inputs of each network, shape (samples, inputs).
             losses: the loss of each network; called by several threads.
             counts: how many numbers each loss sums.
+            together: rows of each network's inputs that are never cut apart.
 
         Returns:
             Of each network; overwritten by the next call.
         """
-        samples = len(inputs[0])
-        bounds = split_evenly(samples, self.rows)
-        for network, sums, count in zip(self._networks, self._sums, counts, strict=True):
-            while len(sums) < len(bounds):
+        bounds = [_split(len(rows), self.rows, unit) for rows, unit in zip(inputs, together, strict=True)]
+        for network, parts, sums, count in zip(self._networks, bounds, self._sums, counts, strict=True):
+            while len(sums) < len(parts):
                 sums.append(GradientSums(list(network.parameters()), count))
+        jobs = sorted((part, network) for network, parts in enumerate(bounds) for part in range(len(parts)))
 
         def job(number: int) -> None:
-            part, network = divmod(number, len(self._networks))
-            self._accumulate(network, inputs[network], bounds[part], losses[network], self._sums[network][part])
+            part, network = jobs[number]
+            blocks = self._blocks(bounds[network][part], together[network])
+            self._accumulate(network, inputs[network], blocks, losses[network], self._sums[network][part])
 
-        self._pool.map(job, len(self._networks) * len(bounds))
+        self._pool.map(job, len(jobs))
         totals = []
-        for sums in self._sums:
-            for other in sums[1 : len(bounds)]:
+        for rows, parts, sums in zip(inputs, bounds, self._sums, strict=True):
+            for other in sums[1 : len(parts)]:
                 sums[0].vector += other.vector
-            sums[0].vector /= samples
+            sums[0].vector /= len(rows)
             totals.append(sums[0])
         distributed.average_([sums.vector for sums in totals])
         return totals
 
     @torch.no_grad()
     def _accumulate(
-        self, network: int, inputs: torch.Tensor, bounds: tuple[int, int], loss: Loss, sums: GradientSums
+        self, network: int, inputs: torch.Tensor, blocks: list[slice], loss: Loss, sums: GradientSums
     ) -> None:
         """Sum a micro-batch's gradients into ``sums``."""
         mlp = self._per_thread[network].here()
         sums.vector.zero_()
-        for block in self._blocks(bounds):
+        for block in blocks:
             grad, numbers = loss(mlp.forward(inputs[block]), block)
             sums.extra += numbers
             mlp.backward(grad, sums.grads)
 
-    def _blocks(self, bounds: tuple[int, int]) -> list[slice]:
+    def _blocks(self, bounds: tuple[int, int], together: int = 1) -> list[slice]:
         """A micro-batch in blocks."""
         start, end = bounds
-        return [slice(start + first, start + last) for first, last in split_evenly(end - start, self.block_rows)]
+        return [slice(start + first, start + last) for first, last in _split(end - start, self.block_rows, together)]
+
+
+def _split(rows: int, size: int, together: int) -> list[tuple[int, int]]:
+    """Spans of about ``size`` rows that keep each ``together`` rows in one span."""
+    spans = split_evenly(rows // together, max(1, size // together))
+    return [(first * together, last * together) for first, last in spans]

@@ -6,7 +6,8 @@
   bootstrap (:mod:`~lift_lab_rl.rsl_rl.time_outs`), exploration aids (:mod:`~lift_lab_rl.rsl_rl.exploration`) and an
   EMA of the policy (:mod:`~lift_lab_rl.rsl_rl.ema`);
 - an update in micro-batches on threads (:mod:`~lift_lab_rl.rsl_rl.micro_batches`). It takes the same steps as rsl_rl's
-  update, up to rounding. The loss and its derivatives are in :mod:`~lift_lab_rl.rsl_rl.ppo_loss`.
+  update, up to rounding, also with rsl_rl's symmetry extension (:mod:`~lift_lab_rl.rsl_rl.symmetry`). The loss and its
+  derivatives are in :mod:`~lift_lab_rl.rsl_rl.ppo_loss`.
 
 With every part off, rollout and update are rsl_rl's, bit by bit.
 
@@ -38,6 +39,7 @@ from .micro_batches import MicroBatches
 from .mlp_gradients import GradientSums
 from .ppo_loss import policy_terms, value_terms
 from .schedules import LinearSchedule, adapted_rate
+from .symmetry import MirroredSamples
 from .time_outs import PREVIOUS_OBS, TimeOutBootstrap
 
 ACTOR, CRITIC = 0, 1
@@ -54,6 +56,7 @@ class LiftLabPPO(PPO):
         time_outs: bootstraps episodes that a time limit ends.
         ema: moving average of the policy; None without one.
         micro_batches: runs the networks; None where rollout and update are rsl_rl's.
+        mirrored: mirrored samples of our update; None without symmetry.
     """
 
     transition: Any
@@ -116,6 +119,11 @@ class LiftLabPPO(PPO):
         self.time_outs = TimeOutBootstrap(time_out_bootstrap, storage.rewards)
         self._check_minibatches()
         self.micro_batches = self._make_micro_batches(micro_batches, num_threads)
+        self.mirrored = None
+        if self.symmetry is not None:
+            groups = self._groups() if self.micro_batches else list(storage.observations.keys())
+            self.mirrored = MirroredSamples(self.symmetry, groups)
+            self.mirrored.check(storage.observations[0], storage.actions[0])
         self.mean_reg_coef = self._checked_mean_reg(mean_reg_coef)
         if init_action_mean is not None:
             set_initial_mean(actor.mlp, init_action_mean)
@@ -137,7 +145,7 @@ class LiftLabPPO(PPO):
         if wanted and not self._is_covered():
             raise ConfigError(
                 "agent.algorithm.micro_batches needs a Gaussian multi-layer perceptron without random network "
-                "distillation, symmetry or mixed precision; set it to null"
+                "distillation or mixed precision; set it to null"
             )
         if wanted is False or not self._is_covered():
             return None
@@ -151,7 +159,7 @@ class LiftLabPPO(PPO):
         if coef and self.micro_batches is None:
             raise ConfigError(
                 "agent.algorithm.mean_reg_coef needs micro-batches: a Gaussian multi-layer perceptron without random "
-                "network distillation, symmetry or mixed precision; set it to 0"
+                "network distillation or mixed precision; set it to 0"
             )
         return coef
 
@@ -162,9 +170,12 @@ class LiftLabPPO(PPO):
             and type(self.critic) is MLPModel
             and type(self.actor.distribution) is GaussianDistribution
             and self.rnd is None
-            and self.symmetry is None
             and not self.use_mixed_precision
         )
+
+    def _groups(self) -> list[str]:
+        """Observation groups that the networks see."""
+        return list(dict.fromkeys([*self.actor.obs_groups, *self.critic.obs_groups]))
 
     def _parameters(self) -> list[nn.Parameter]:
         """Everything the loss is differentiated by."""
@@ -231,7 +242,7 @@ class LiftLabPPO(PPO):
 
         Returns:
             Mean value loss, surrogate loss, entropy; with micro-batches the divergence between old and new policy too,
-            with an extension its loss.
+            with an extension its loss, such as the mirror loss.
         """
         losses = super().update() if self.micro_batches is None else self._update_in_micro_batches()
         self.iteration += 1
@@ -241,23 +252,30 @@ class LiftLabPPO(PPO):
 
     def _update_in_micro_batches(self) -> dict[str, float]:
         samples = self._gather()
-        rows = samples["obs_actor"].shape[0] // self.num_mini_batches
-        totals = torch.zeros(4, device=self.device)
+        minibatches = [
+            dict(zip(samples, parts, strict=True))
+            for parts in zip(*(value.tensor_split(self.num_mini_batches) for value in samples.values()), strict=True)
+        ]
+        names = ["value", "surrogate", "entropy", "kl", *(["symmetry"] if self.mirrored else [])]
+        totals = torch.zeros(len(names), device=self.device)
         for _ in range(self.num_learning_epochs):
-            for number in range(self.num_mini_batches):
-                first = number * rows
-                totals += self._step({key: value[first : first + rows] for key, value in samples.items()})
+            for minibatch in minibatches:
+                totals += self._step(minibatch)
         self._update_normalization()
         with torch.no_grad():  # rsl_rl's runner logs the deviation of the last distribution
             assert self.actor.distribution is not None
             self.actor.distribution.update(self.storage.distribution_params[0][0])
         self.storage.clear()
         means = (totals / (self.num_learning_epochs * self.num_mini_batches)).tolist()
-        return dict(zip(("value", "surrogate", "entropy", "kl"), means, strict=True))
+        return dict(zip(names, means, strict=True))
 
     def _gather(self) -> dict[str, torch.Tensor]:
-        """The rollout in the shuffled order of this update, observations normalised once for all epochs."""
-        st = self.storage
+        """The rollout in the shuffled order of this update, observations normalised once for all epochs.
+
+        With symmetry every sample is followed by its images: for the actor, and for the critic where they are samples
+        of their own.
+        """
+        st, mirrored = self.storage, self.mirrored
         count = st.num_envs * st.num_transitions_per_env // self.num_mini_batches * self.num_mini_batches
         order = torch.randperm(count, device=self.device)
         obs = st.observations.flatten(0, 1)
@@ -265,14 +283,11 @@ class LiftLabPPO(PPO):
         def shuffled(values: torch.Tensor) -> torch.Tensor:
             return values.index_select(0, order)
 
-        def normalised(model: Any) -> torch.Tensor:
+        def normalised(model: Any, obs: TensorDict) -> torch.Tensor:
             with torch.no_grad():
-                return model.obs_normalizer(shuffled(_network_input(model, obs)))
+                return model.obs_normalizer(_network_input(model, obs))
 
-        obs_actor = normalised(self.actor)
-        return {
-            "obs_actor": obs_actor,
-            "obs_critic": obs_actor if self._inputs_are_shared() else normalised(self.critic),
+        samples = {
             "actions": shuffled(st.actions.flatten(0, 1)),
             "values": shuffled(st.values.flatten()),
             "returns": shuffled(st.returns.flatten()),
@@ -280,6 +295,17 @@ class LiftLabPPO(PPO):
             "old_log_prob": shuffled(st.actions_log_prob.flatten()),
             "old_mean": shuffled(st.distribution_params[0].flatten(0, 1)),
         }
+        groups = self._groups() if mirrored is None else list(obs.keys())  # the function may need any
+        own = every = TensorDict({name: shuffled(obs[name]) for name in groups}, batch_size=[count])
+        if mirrored is not None:
+            every, actions = mirrored.append(own, samples["actions"])
+            if mirrored.augments:
+                samples = {key: value.repeat_interleave(mirrored.copies, 0) for key, value in samples.items()}
+                samples["actions"], own = actions, every
+        samples["obs_actor"] = normalised(self.actor, every)
+        shared = own is every and self._inputs_are_shared()
+        samples["obs_critic"] = samples["obs_actor"] if shared else normalised(self.critic, own)
+        return samples
 
     def _scaled_by_minibatch(self, advantages: torch.Tensor) -> torch.Tensor:
         if not self.normalize_advantage_per_mini_batch:
@@ -297,30 +323,47 @@ class LiftLabPPO(PPO):
             Mean value loss, surrogate loss, entropy and divergence over the minibatch, shape (4,).
         """
         assert self.micro_batches is not None
-        std = self._std()
+        std, mirrored = self._std(), self.mirrored
         policy, value = self.micro_batches.gradients(
             [batch["obs_actor"], batch["obs_critic"]],
             [
-                lambda mean, rows: self._policy_loss(mean, std, {key: values[rows] for key, values in batch.items()}),
+                lambda mean, rows: self._policy_loss(mean, std, batch, rows),
                 lambda values, rows: self._value_loss(values, batch["values"][rows], batch["returns"][rows]),
             ],
-            [2 * len(std) + 1, 1],
+            [2 * len(std) + (1 if mirrored is None else 2), 1],
+            [1 if mirrored is None else mirrored.copies, 1],
         )
-        grad_std, surrogate, drift = policy.extra.split([len(std), 1, len(std)])
+        grad_std, surrogate, drift, symmetry = policy.extra.tensor_split([len(std), len(std) + 1, 2 * len(std) + 1])
         kl = divergence(std, self.storage.distribution_params[1][0, 0], drift)
         if self.desired_kl is not None and self.schedule == "adaptive":
             self._set_learning_rate(adapted_rate(self.learning_rate, kl.item(), self.desired_kl))
         self._apply(policy, value, grad_std - self.entropy_coef / std)  # d entropy / d std = 1 / std
-        return torch.cat([value.extra, surrogate, entropy(std).view(1), kl.view(1)])
+        return torch.cat([value.extra, surrogate, entropy(std).view(1), kl.view(1), symmetry])
 
     def _policy_loss(
-        self, mean: torch.Tensor, std: torch.Tensor, samples: dict[str, torch.Tensor]
+        self, mean: torch.Tensor, std: torch.Tensor, batch: dict[str, torch.Tensor], rows: slice
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Derivative by ``mean``, and sums: derivative by the deviations, surrogate loss, squared drift of the mean."""
+        """Derivative by ``mean``, and sums: derivative by the deviations, surrogate loss, squared drift of the mean,
+        and with symmetry the mirror loss."""
+        mirrored = self.mirrored
+        # images that are no samples of their own have no surrogate loss
+        idle = 1 if mirrored is None or mirrored.augments else mirrored.copies
+        own, rows = mean[::idle], slice(rows.start // idle, rows.stop // idle)
         names = ("actions", "old_mean", "old_log_prob", "advantages")
-        terms = policy_terms(mean, std, **{name: samples[name] for name in names}, clip_param=self.clip_param)
-        add_mean_regularisation(terms.grad_mean, mean, self.mean_reg_coef)
-        return terms.grad_mean, torch.cat([terms.grad_std, terms.surrogate.view(1), terms.drift])
+        terms = policy_terms(own, std, **{name: batch[name][rows] for name in names}, clip_param=self.clip_param)
+        add_mean_regularisation(terms.grad_mean, own, self.mean_reg_coef)
+        sums = [terms.grad_std, terms.surrogate.view(1), terms.drift]
+        if mirrored is None:
+            return terms.grad_mean, torch.cat(sums)
+        grad = terms.grad_mean
+        if idle > 1:
+            grad = torch.zeros_like(mean)
+            grad[::idle] = terms.grad_mean.mul_(idle)
+            sums = [value * idle for value in sums]
+        else:  # the divergence is that of the given samples, as in rsl_rl
+            copies = mirrored.copies
+            sums[2] = (own[::copies] - batch["old_mean"][rows][::copies]).square_().sum(0) * copies
+        return grad, torch.cat([*sums, mirrored.loss(mean, grad).view(1)])
 
     def _value_loss(
         self, values: torch.Tensor, old_values: torch.Tensor, returns: torch.Tensor
