@@ -3,10 +3,14 @@
 With networks of this size autograd spends half its time on memory. It allocates an array for every intermediate result,
 and reads arrays that have left the second-level cache. Here a thread keeps its arrays, and a block is small enough for
 them to stay in the cache.
+
+A pass is one TorchScript function: torch runs it without the interpreter lock, so that threads do not wait for each
+other between the operations. The operations are those of the same Python code, and so are the bits of their results.
 """
 
 from __future__ import annotations
 
+import functools
 import threading
 from collections.abc import Sequence
 from typing import Any
@@ -14,11 +18,52 @@ from typing import Any
 import torch
 from torch import nn
 
+from .torchscript import compiled
+
 BLOCK_ROWS = 512
 """Samples in a block on a CPU: large enough for efficient matrix products, small enough for the second-level cache."""
 
 DEVICE_BLOCK_ROWS = 1 << 15
 """Samples in a block on another device, where only the memory for intermediate results sets a limit."""
+
+
+def _elu_forward(
+    x: torch.Tensor, params: list[torch.Tensor], hidden: list[torch.Tensor], spare: list[torch.Tensor]
+) -> torch.Tensor:
+    """Output of layers with ELU between them; ``hidden`` gets the outputs of the hidden ones."""
+    for k in range(len(hidden)):
+        y = torch.addmm(params[2 * k + 1], x, params[2 * k].t(), out=hidden[k])
+        # elu(y) = max(y, exp(min(y, 0)) - 1)
+        below = torch.clamp_max(y, 0.0, out=spare[k])
+        below.exp_().sub_(1.0)
+        x = torch.maximum(y, below, out=hidden[k])
+    return torch.addmm(params[-1], x, params[-2].t())
+
+
+def _elu_backward(
+    x: torch.Tensor,
+    grad: torch.Tensor,
+    params: list[torch.Tensor],
+    hidden: list[torch.Tensor],
+    spare: list[torch.Tensor],
+    sums: list[torch.Tensor],
+) -> None:
+    """Add the gradients of the last forward pass to ``sums``; ``hidden`` is overwritten."""
+    for after in range(len(hidden) + 1):
+        k = len(hidden) - after
+        inputs = hidden[k - 1] if k > 0 else x
+        sums[2 * k].addmm_(grad.t(), inputs)
+        sums[2 * k + 1].add_(grad.sum(0))
+        if k > 0:
+            by_output = torch.mm(grad, params[2 * k], out=spare[k - 1])
+            # elu'(y) = 1 + min(elu(y), 0)
+            grad = torch.addcmul(by_output, by_output, inputs.clamp_max_(0.0), out=inputs)
+
+
+@functools.cache
+def _passes() -> tuple[Any, Any]:
+    """Both passes as TorchScript, compiled at first use in some hundredths of a second."""
+    return compiled(_elu_forward), compiled(_elu_backward)
 
 
 class EluMlp:
@@ -33,12 +78,13 @@ class EluMlp:
         Args:
             layers: of the network, from its input to its output.
         """
-        self._layers = list(layers)
+        self._forward, self._backward = _passes()
+        self._params = [param for layer in layers for param in (layer.weight, layer.bias)]
         self._widths = [layer.out_features for layer in layers[:-1]]
         self._rows = 0
         self._memory: list[torch.Tensor] = []
-        self._arrays: dict[int, list[tuple[torch.Tensor, torch.Tensor]]] = {}
-        self._inputs: list[torch.Tensor] = []
+        self._arrays: dict[int, tuple[list[torch.Tensor], list[torch.Tensor]]] = {}
+        self._input: torch.Tensor | None = None
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """The network's output.
@@ -49,14 +95,8 @@ class EluMlp:
         Returns:
             A new tensor of shape (rows, outputs).
         """
-        self._inputs = [x]
-        for layer, (hidden, spare) in zip(self._layers, self._arrays_for(x), strict=False):
-            y = torch.addmm(layer.bias, self._inputs[-1], layer.weight.t(), out=hidden)
-            # elu(y) = max(y, exp(min(y, 0)) - 1)
-            torch.clamp_max(y, 0.0, out=spare).exp_().sub_(1.0)
-            self._inputs.append(torch.maximum(y, spare, out=hidden))
-        last = self._layers[-1]
-        return torch.addmm(last.bias, self._inputs[-1], last.weight.t())
+        self._input = x
+        return self._forward(x, self._params, *self._arrays_for(x))
 
     def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
         """Add the gradients of the last forward pass.
@@ -65,17 +105,10 @@ class EluMlp:
             grad: of the loss by the output, shape (rows, outputs).
             sums: tensors to which the gradients are added, in the order of ``parameters()``: a weight, its bias, ...
         """
-        arrays = self._arrays_for(self._inputs[0])
-        for k in reversed(range(len(self._layers))):
-            sums[2 * k].addmm_(grad.t(), self._inputs[k])
-            sums[2 * k + 1].add_(grad.sum(0))
-            if k:
-                hidden, spare = arrays[k - 1]
-                torch.mm(grad, self._layers[k].weight, out=spare)
-                # elu'(y) = 1 + min(elu(y), 0)
-                grad = torch.addcmul(spare, spare, hidden.clamp_max_(0.0), out=hidden)
+        assert self._input is not None
+        self._backward(self._input, grad, self._params, *self._arrays_for(self._input), list(sums))
 
-    def _arrays_for(self, x: torch.Tensor) -> list[tuple[torch.Tensor, torch.Tensor]]:
+    def _arrays_for(self, x: torch.Tensor) -> tuple[list[torch.Tensor], list[torch.Tensor]]:
         """For each hidden layer one for its output, later its gradient, and a spare one, which all layers share."""
         rows = len(x)
         if rows not in self._arrays:
@@ -87,10 +120,10 @@ class EluMlp:
                     ]
                     self._arrays.clear()
                 *hidden, spare = self._memory
-                self._arrays[rows] = [
-                    (own[: rows * width].view(rows, width), spare[: rows * width].view(rows, width))
-                    for own, width in zip(hidden, self._widths, strict=True)
-                ]
+                self._arrays[rows] = (
+                    [own[: rows * width].view(rows, width) for own, width in zip(hidden, self._widths, strict=True)],
+                    [spare[: rows * width].view(rows, width) for width in self._widths],
+                )
         return self._arrays[rows]
 
 

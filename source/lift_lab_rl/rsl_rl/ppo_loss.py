@@ -7,11 +7,13 @@ operations of automatic differentiation. With so few samples the number of opera
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import functools
+from typing import Any, NamedTuple
 
 import torch
 
 from .gaussian import log_normaliser
+from .torchscript import compiled
 
 
 class PolicyTerms(NamedTuple):
@@ -48,6 +50,19 @@ def policy_terms(
         advantages: how much better than expected they were, shape (rows,).
         clip_param: how far the ratio of probabilities may leave 1 with profit.
     """
+    arguments = (mean, std, actions, old_mean, old_log_prob, advantages, clip_param)
+    return PolicyTerms(*_scripts()[0](*arguments))
+
+
+def _policy_terms(
+    mean: torch.Tensor,
+    std: torch.Tensor,
+    actions: torch.Tensor,
+    old_mean: torch.Tensor,
+    old_log_prob: torch.Tensor,
+    advantages: torch.Tensor,
+    clip_param: float,
+) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
     z = (actions - mean).div_(std)
     squares = z.square()
     ratio = squares.sum(-1).mul_(-0.5).sub_(log_normaliser(std)).sub_(old_log_prob).exp_()
@@ -58,7 +73,7 @@ def policy_terms(
     by_log_prob = gain.masked_fill_(limited < gain, 0.0).neg_()
     grad_std = (by_log_prob @ squares - by_log_prob.sum()) / std
     grad_mean = z.mul_(by_log_prob.unsqueeze(-1)).div_(std)
-    return PolicyTerms(surrogate, (mean - old_mean).square_().sum(0), grad_std, grad_mean)
+    return surrogate, (mean - old_mean).square_().sum(0), grad_std, grad_mean
 
 
 def value_terms(
@@ -75,6 +90,12 @@ def value_terms(
     Returns:
         The loss, a scalar, and its derivative by ``values``, shape (rows,).
     """
+    return _scripts()[1](values, old_values, returns, clip_param)
+
+
+def _value_terms(
+    values: torch.Tensor, old_values: torch.Tensor, returns: torch.Tensor, clip_param: float | None
+) -> tuple[torch.Tensor, torch.Tensor]:
     error = values - returns
     if clip_param is None:
         return error.square().sum(), 2.0 * error
@@ -84,3 +105,9 @@ def value_terms(
     loss = torch.maximum(error.square(), limited_error.square()).sum()
     counts = (step == limited) | (error.abs() >= limited_error.abs())
     return loss, 2.0 * error * counts
+
+
+@functools.cache
+def _scripts() -> tuple[Any, Any]:
+    """Both terms as TorchScript, compiled at first use."""
+    return compiled(_policy_terms), compiled(_value_terms)
