@@ -6,14 +6,20 @@ import pytest
 import torch
 
 from lift_lab.envs import ManagerBasedRLEnv
-from lift_lab.envs.mirror import TaskMirror
+from lift_lab.envs.mirror import TaskMirror, check_mirror
+from lift_lab.utils.errors import ConfigError
+from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlSymmetryCfg, RslRlVecEnvWrapper, to_rsl_rl
+from lift_lab_tasks.manager_based.classic.cartpole.agents.rsl_rl_ppo_cfg import CartpolePPORunnerCfg
+from lift_lab_tasks.manager_based.classic.cartpole.cartpole_env_cfg import CartpoleEnvCfg
 from lift_lab_tasks.manager_based.manipulation.lift.config.franka import (
     ik_abs_env_cfg,
     ik_rel_env_cfg,
     joint_pos_env_cfg,
+    soft_cube_env_cfg,
 )
-
-PHYSICS = ["native", pytest.param("warp", marks=pytest.mark.slow)]
+from lift_lab_tasks.manager_based.manipulation.reach.config.franka import ik_abs_env_cfg as reach_ik_abs
+from lift_lab_tasks.manager_based.manipulation.reach.config.franka import ik_rel_env_cfg as reach_ik_rel
+from lift_lab_tasks.manager_based.manipulation.reach.config.franka import joint_pos_env_cfg as reach_joint_pos
 
 LIFT = {
     "joint positions": joint_pos_env_cfg.FrankaCubeLiftEnvCfg,
@@ -65,8 +71,10 @@ def write_a_state_and_its_image(env: ManagerBasedRLEnv) -> None:
     env.scene.update(0.0)
 
 
-@pytest.mark.parametrize("physics", PHYSICS)
-@pytest.mark.parametrize("task", LIFT)
+@pytest.mark.parametrize(
+    ("task", "physics"),
+    [*((task, "native") for task in LIFT), pytest.param("joint positions", "warp", marks=pytest.mark.slow)],
+)
 def test_the_lift_is_observed_mirrored(task, physics):
     env = make(LIFT[task](), physics)
     write_a_state_and_its_image(env)
@@ -111,3 +119,48 @@ def test_the_hand_of_the_mirrored_arm_is_the_mirrored_hand():
     torch.testing.assert_close(left[0] * flip, right[1], atol=1e-5, rtol=0.0)
     torch.testing.assert_close(right[0] * flip, left[1], atol=1e-5, rtol=0.0)
     env.close()
+
+
+@pytest.mark.parametrize(
+    "cfg_type",
+    [
+        soft_cube_env_cfg.FrankaSoftCubeLiftEnvCfg,
+        reach_joint_pos.FrankaReachEnvCfg,
+        reach_ik_rel.FrankaReachEnvCfg,
+        reach_ik_abs.FrankaReachEnvCfg,
+        CartpoleEnvCfg,
+    ],
+    ids=["soft object", "reach", "reach, relative poses", "reach, absolute poses", "cart-pole"],
+)
+def test_the_declaration_of_a_shipped_task_passes_the_check(cfg_type):
+    env = make(cfg_type())
+    check_mirror(env, ["policy"])
+    env.close()
+
+
+def cartpole_runner(env_cfg, **algorithm) -> LiftLabRunner:
+    cfg = CartpolePPORunnerCfg()
+    cfg.algorithm.symmetry_cfg = RslRlSymmetryCfg(use_data_augmentation=True)
+    for name, value in algorithm.items():
+        setattr(cfg.algorithm, name, value)
+    env_cfg.scene.num_envs = 16
+    env_cfg.seed = 5
+    torch.manual_seed(5)
+    return LiftLabRunner(RslRlVecEnvWrapper(ManagerBasedRLEnv(env_cfg)), to_rsl_rl(cfg))
+
+
+def test_our_update_mirrors_a_task_as_rsl_rls_does():
+    weights = []
+    for micro_batches in (False, None):
+        runner = cartpole_runner(CartpoleEnvCfg(), micro_batches=micro_batches)
+        runner.learn(1)
+        weights.append(torch.cat([p.detach().flatten() for p in runner.alg.actor.parameters()]))
+        runner.env.close()
+    torch.testing.assert_close(weights[0], weights[1], atol=2e-5, rtol=1e-4)
+
+
+def test_a_wrong_declaration_stops_a_training_before_it_starts():
+    env_cfg = CartpoleEnvCfg()
+    env_cfg.mirror.assets["robot"].signs["cart_to_pole"] = 1.0
+    with pytest.raises(ConfigError, match=r"bodies' velocities: number 15 \(X of pole\) does not mirror as declared"):
+        cartpole_runner(env_cfg)

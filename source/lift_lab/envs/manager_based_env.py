@@ -274,7 +274,8 @@ class ManagerBasedEnv(Stateful):
 
     def _settings(self) -> dict[str, Any]:
         """The configurations that terms may change, by name. Those of scene, simulation and camera are used once."""
-        own = {name: value for name, value in vars(self.cfg).items() if name not in ("scene", "sim", "viewer")}
+        used_once = ("scene", "sim", "viewer", "mirror")
+        own = {name: value for name, value in vars(self.cfg).items() if name not in used_once}
         managers = {name: value.cfg for name, value in vars(self).items() if isinstance(value, ManagerBase)}
         return {"cfg": own, **{name: cfg for name, cfg in managers.items() if cfg is not None}}
 

@@ -156,6 +156,11 @@ class ObservationManager(ManagerBase):
             return observations
         return torch.cat(list(observations.values()), dim=self._group_obs_concatenate_dim[group_name])
 
+    def clean_value(self, group_name: str, term_name: str) -> torch.Tensor:
+        """Return a term's value without noise and history, shape (num_envs, ...). Modifiers keep their states."""
+        index = self._group_obs_term_names[group_name].index(term_name)
+        return self._process(self._group_obs_term_cfgs[group_name][index].replace(noise=None), preview=True)
+
     def _process(self, cfg: ObservationTermCfg, preview: bool = False) -> torch.Tensor:
         """A term's value up to the scale; a view of the simulation where nothing is configured."""
         value: torch.Tensor = cfg.func(self._env, **cfg.params)  # type: ignore[operator]

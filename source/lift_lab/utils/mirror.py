@@ -118,6 +118,15 @@ class MirrorMap:
         image = values.index_select(-1, self.index).mul_(self.factor)
         return image.add_(self.offset)
 
+    def of_parts(self, partners: Sequence[int]) -> MirrorMap:
+        """Map of several such vectors one after the other, which change places.
+
+        Args:
+            partners: which vector the image of each is made of.
+        """
+        index = torch.cat([self.index + partner * len(self) for partner in partners])
+        return MirrorMap(index, self.factor.repeat(len(partners)), self.offset.repeat(len(partners)))
+
     def in_units(self, unit: torch.Tensor | float, zero: torch.Tensor | float = 0.0) -> MirrorMap:
         """The same map for other numbers ``x``, where the vector is ``unit * x + zero``.
 

@@ -2,7 +2,7 @@
 
 import lift_lab.sim as sim_utils
 from lift_lab.actuators import ImplicitActuatorCfg
-from lift_lab.assets.articulation import ArticulationCfg
+from lift_lab.assets.articulation import ArticulationCfg, ArticulationMirrorCfg
 from lift_lab_assets.files import ASSETS_USD_DIR
 
 CARTPOLE_CFG = ArticulationCfg(
@@ -34,3 +34,6 @@ CARTPOLE_CFG = ArticulationCfg(
 The rail is 2 m above the ground. The cart moves along y within 4 m either way. The pole turns about x without limits.
 Force on the cart is commanded as a joint effort.
 """
+
+CARTPOLE_MIRROR = ArticulationMirrorCfg(signs={"slider_to_cart": -1.0, "cart_to_pole": -1.0})
+"""Mirror image in the plane y = 0, across the rail: both joints change their sign."""

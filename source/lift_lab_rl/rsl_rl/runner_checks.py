@@ -6,11 +6,15 @@ import itertools
 from typing import Any
 
 import torch
+from rsl_rl.utils import resolve_callable
 
+from lift_lab.envs.mirror import check_mirror
 from lift_lab.sim.physics.memory import check_fits
 from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab_rl.counters import manager_env
+from lift_lab_rl.random_state import load_rng_state, rng_state
 
+from .symmetry import mirror_samples
 from .time_outs import FINAL_OBS, check_final_obs
 
 
@@ -25,7 +29,7 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
 
     Raises:
         ConfigError: noise or mean has another number of actions, the environment does not support the bootstrap, a
-            rollout does not fit into memory, or the success metric is not logged.
+            rollout does not fit into memory, the success metric is not logged, or the declared symmetry is wrong.
     """
     _check_actions(env, cfg)
     if cfg["algorithm"].get("time_out_bootstrap") == FINAL_OBS:
@@ -38,6 +42,22 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
     known = [] if inner is None else list(inner.extras.get("log", {}))
     if saves and metric is not None and known and metric not in known:
         raise ConfigError(f"agent.success_metric is '{metric}', which is not logged; {suggest(metric, known)}")
+    _check_symmetry(inner, cfg)
+
+
+def _check_symmetry(env: Any, cfg: dict[str, Any]) -> None:
+    """A declared symmetry that is used has to be that of the environment."""
+    symmetry = cfg["algorithm"].get("symmetry_cfg")
+    if symmetry is None or resolve_callable(symmetry["data_augmentation_func"]) is not mirror_samples:
+        return
+    if env is None:
+        raise ConfigError(
+            "agent.algorithm.symmetry_cfg.data_augmentation_func: the default mirrors manager-based environments; "
+            "give a function for yours"
+        )
+    random_numbers = rng_state()
+    check_mirror(env, dict.fromkeys(group for groups in cfg["obs_groups"].values() for group in groups))
+    load_rng_state(random_numbers)
 
 
 def _check_actions(env: Any, cfg: dict[str, Any]) -> None:

@@ -33,4 +33,8 @@ class ArticulationMirrorCfg(ConfigBase):
     offsets: dict[str, float] = {}
     """Offset by joint name pattern in rad or m; others have 0."""
 
+    checked_bodies: list[str] = [".*"]
+    """Bodies, by name pattern, whose origins and velocities have to be mirrored in a mirrored state. This is looked at
+    before a training. Leave out bodies whose origins are at different places on the left and on the right."""
+
     _ranges: ClassVar[Ranges] = {"signs offsets": FINITE}

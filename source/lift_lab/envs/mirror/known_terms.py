@@ -80,8 +80,7 @@ def _bodies(kind: str) -> Callable[[TaskMirror, dict[str, Any]], Kind]:
         if asset_cfg.name not in mirror.cfg.assets:
             return MirrorMap.cat([one] * len(chosen))
         partners = mirror.joints(asset_cfg.name).partners([asset.body_names[i] for i in chosen])
-        index = torch.cat([one.index + partner * len(one) for partner in partners])
-        return MirrorMap(index, one.factor.repeat(len(chosen)), one.offset.repeat(len(chosen)))
+        return one.of_parts(partners)
 
     return of
 

@@ -57,8 +57,23 @@ class TaskMirror:
                 f"env.observations.{name} has no mirror image: it is not one vector; set concatenate_terms=True and "
                 "leave out terms of other shapes"
             )
-        terms = zip(manager.active_terms[name], manager.group_obs_term_cfgs[name], shapes, strict=True)
-        return MirrorMap.cat([self._observation(name, term, cfg, shape[0]) for term, cfg, shape in terms])
+        terms = zip(manager.active_terms[name], manager.group_obs_term_cfgs[name], strict=True)
+        return MirrorMap.cat(
+            [image for term, cfg in terms for image in [self.observation(name, term)] * max(cfg.history_length, 1)]
+        )
+
+    def observation(self, group: str, name: str) -> MirrorMap:
+        """Map of one value of an observation term, as it is without history."""
+        manager = self.env.observation_manager
+        index = manager.active_terms[group].index(name)
+        cfg, owner = manager.group_obs_term_cfgs[group][index], f"env.observations.{group}.{name}"
+        dim = manager.group_obs_term_dim[group][index][-1]
+        if cfg.history_length > 0 and cfg.flatten_history_dim:
+            dim //= cfg.history_length
+        declared = self.cfg.observations.get(f"{group}/{name}", self.cfg.observations.get(name))
+        if declared is not None:
+            return self._as_map(declared, dim, owner)
+        return self._known_observation(name, cfg, dim, owner)
 
     def actions(self) -> MirrorMap:
         """Map of the whole action."""
@@ -99,30 +114,22 @@ class TaskMirror:
 
     # -- terms
 
-    def _observation(self, group: str, name: str, cfg: ObservationTermCfg, dim: int) -> MirrorMap:
-        owner = f"env.observations.{group}.{name}"
-        length = max(cfg.history_length, 1)
-        declared = self.cfg.observations.get(f"{group}/{name}", self.cfg.observations.get(name))
-        if declared is not None:
-            one = self._as_map(declared, dim // length, owner)
-            return MirrorMap.cat([one] * length)
+    def _known_observation(self, name: str, cfg: ObservationTermCfg, dim: int, owner: str) -> MirrorMap:
+        path = f"env.mirror.observations.{name}"
         if cfg.modifiers:
-            raise ConfigError(
-                f"{owner} has modifiers, so its mirror image is not known; {_how(f'env.mirror.observations.{name}')}"
-            )
+            raise ConfigError(f"{owner} has modifiers, so its mirror image is not known; {_how(path)}")
         function: Any = type(cfg.func) if isinstance(cfg.func, ManagerTermBase) else cfg.func
         kind = kind_of(function)
         if kind is None:
-            handler = OBSERVATIONS.get(function)
-            if handler is None:
-                known = f"'{getattr(function, '__name__', function)}' is not a known term"
-                raise ConfigError(f"{owner}: {known}; {_how(f'env.mirror.observations.{name}')}")
-            kind = handler(self, _arguments(function, cfg.params))
-        one = self._as_map(kind, dim // length, owner)
-        _check_clip(cfg, one, owner, name)
-        if cfg.scale is not None:
-            one = one.in_units(1.0 / torch.as_tensor(cfg.scale, dtype=torch.float64))
-        return MirrorMap.cat([one] * length)
+            if function not in OBSERVATIONS:
+                called = getattr(function, "__name__", function)
+                raise ConfigError(f"{owner}: '{called}' is not a known term; {_how(path)}")
+            kind = OBSERVATIONS[function](self, _arguments(function, cfg.params))
+        image = self._as_map(kind, dim, owner)
+        _check_clip(cfg, image, owner, path)
+        if cfg.scale is None:
+            return image
+        return image.in_units(1.0 / torch.as_tensor(cfg.scale, dtype=torch.float64))
 
     def _known(self, table: Mapping[type, Callable], cls: type, term: Any, owner: str, path: str) -> Any:
         """The kind of a term of a known class, or of a sub-class of one."""
@@ -172,13 +179,11 @@ def _arguments(function: Callable, params: dict[str, Any]) -> dict[str, Any]:
     return defaults | params
 
 
-def _check_clip(cfg: ObservationTermCfg, image: MirrorMap, owner: str, name: str) -> None:
+def _check_clip(cfg: ObservationTermCfg, image: MirrorMap, owner: str, path: str) -> None:
     """Clipping and mirroring have to commute."""
     if cfg.clip is None:
         return
     low, high = (-torch.inf if cfg.clip[0] is None else cfg.clip[0], torch.inf if cfg.clip[1] is None else cfg.clip[1])
     moved = bool((image.offset != 0.0).any()) or (bool((image.factor < 0.0).any()) and low != -high)
     if moved:
-        raise ConfigError(
-            f"{owner} is clipped to ({low}, {high}), which is not symmetric; {_how(f'env.mirror.observations.{name}')}"
-        )
+        raise ConfigError(f"{owner} is clipped to ({low}, {high}), which is not symmetric; {_how(path)}")

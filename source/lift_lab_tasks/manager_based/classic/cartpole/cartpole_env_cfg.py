@@ -7,6 +7,7 @@ import math
 import lift_lab.sim as sim_utils
 from lift_lab.assets import ArticulationCfg, AssetBaseCfg
 from lift_lab.envs import ManagerBasedRLEnvCfg
+from lift_lab.envs.mirror import MirrorCfg
 from lift_lab.managers import EventTermCfg as EventTerm
 from lift_lab.managers import MetricsTermCfg as MetricTerm
 from lift_lab.managers import ObservationGroupCfg as ObsGroup
@@ -16,7 +17,7 @@ from lift_lab.managers import SceneEntityCfg
 from lift_lab.managers import TerminationTermCfg as DoneTerm
 from lift_lab.scene import InteractiveSceneCfg
 from lift_lab.utils import configclass
-from lift_lab_assets.robots.cartpole import CARTPOLE_CFG
+from lift_lab_assets.robots.cartpole import CARTPOLE_CFG, CARTPOLE_MIRROR
 
 from . import mdp
 
@@ -120,6 +121,7 @@ class CartpoleEnvCfg(ManagerBasedRLEnvCfg):
     terminations: TerminationsCfg = TerminationsCfg()
 
     def __post_init__(self):
+        self.mirror = MirrorCfg(assets={"robot": CARTPOLE_MIRROR})
         self.decimation = 2
         self.episode_length_s = 5.0
         self.viewer.eye = (5.5, 0.0, 3.4)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from lift_lab.envs.mirror import MirrorCfg
 from lift_lab.utils import configclass
-from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG
+from lift_lab_assets.robots.franka import FRANKA_PANDA_CFG, FRANKA_PANDA_MIRROR
 from lift_lab_tasks.manager_based.manipulation.reach import mdp
 from lift_lab_tasks.manager_based.manipulation.reach.reach_env_cfg import ReachEnvCfg
 
@@ -17,6 +18,7 @@ class FrankaReachEnvCfg(ReachEnvCfg):
     def __post_init__(self):
         super().__post_init__()
         self.scene.robot = FRANKA_PANDA_CFG.replace(prim_path="{ENV_REGEX_NS}/Robot")
+        self.mirror = MirrorCfg(assets={"robot": FRANKA_PANDA_MIRROR})
         self.actions.arm_action = mdp.JointPositionActionCfg(
             asset_name="robot", joint_names=["panda_joint.*"], scale=0.5, use_default_offset=True
         )
