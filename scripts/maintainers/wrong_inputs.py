@@ -148,6 +148,7 @@ _NUMBERS = {
     "agent.logger": "csv neptune",
     "agent.policy.noise_std_type": "linear",
     "agent.algorithm.anneal_iterations": "[5,3] [1] [-1,2]",
+    "agent.algorithm.anneal_at_success": "-0.1 1.5 high",
     "env.viewer.resolution": "[0,10] [-1,5]",
     "env.viewer.eye": "[nan,0,0]",
     "env.actions.joint_effort.scale": "nan inf",

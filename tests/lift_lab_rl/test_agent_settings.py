@@ -251,3 +251,52 @@ def test_a_schedule_that_ends_before_it_begins_is_refused():
     cfg.algorithm.anneal_iterations = (5, 3)
     with pytest.raises(ConfigError, match=r"agent.algorithm.anneal_iterations is \(5, 3\)"):
         to_rsl_rl(cfg)
+
+
+def waiting_for_success(level):
+    """An agent whose discount goes from 0.9 to 0.98 over the two iterations after a success rate is reached."""
+    cfg = AgentCfg()
+    cfg.algorithm.gamma, cfg.algorithm.gamma_final, cfg.algorithm.anneal_iterations = 0.9, 0.98, (0, 2)
+    cfg.algorithm.anneal_at_success = level
+    cfg.save_interval = 1
+    return cfg
+
+
+def test_schedules_begin_at_a_success_rate_also_after_a_resume(tmp_path):
+    def discounts(runner, iterations):
+        found = []
+        runner.learn(iterations, on_iteration=lambda _: found.append((runner.best.smoothed_success, runner.alg.gamma)))
+        return zip(*found, strict=True)
+
+    torch.manual_seed(5)
+    rates, gammas = discounts(LiftLabRunner(PointEnv(), to_rsl_rl(waiting_for_success(1.0))), 9)
+    assert set(gammas) == {0.9}  # never reached
+    level = max(rate for rate in rates[2:6] if rate is not None) - 1e-6
+    begun = next(k for k, rate in enumerate(rates) if rate is not None and rate >= level)
+    assert begun < 6
+
+    torch.manual_seed(5)
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(waiting_for_success(level)), tmp_path)
+    again, gammas = discounts(runner, 9)
+    assert again == rates
+    assert gammas == pytest.approx([0.9] * (begun + 2) + [0.94] + [0.98] * (6 - begun))
+
+    resumed = LiftLabRunner(PointEnv(), to_rsl_rl(waiting_for_success(level)))
+    resumed.load(str(tmp_path / f"model_{begun + 1}.pt"))
+    assert list(discounts(resumed, 2))[1] == pytest.approx([0.9, 0.94])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"gamma_final": 0.98, "anneal_at_success": 1.5}, "anneal_at_success is 1.5; it must be at least 0"),
+        ({"anneal_at_success": 0.9}, "anneal_at_success has no effect without a schedule"),
+        ({"gamma_final": 0.98, "anneal_at_success": 0.9, "class_name": "PPO"}, "anneal_at_success=null"),
+    ],
+)
+def test_a_success_rate_that_could_begin_nothing_is_refused(settings, message):
+    cfg = AgentCfg()
+    for name, value in settings.items():
+        setattr(cfg.algorithm, name, value)
+    with pytest.raises(ConfigError, match=message):
+        to_rsl_rl(cfg)

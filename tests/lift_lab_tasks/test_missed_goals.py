@@ -23,16 +23,17 @@ HARD_M = torch.tensor([0.599, 0.249, 0.26])
 def make() -> Iterator[Callable]:
     made = {}
 
-    def build(share: float, start_step: int = 0):
-        if (share, start_step) in made:
-            return made[share, start_step]
+    def build(share: float, start_step: int = 0, level: str = "null"):
+        if (share, start_step, level) in made:
+            return made[share, start_step, level]
         overrides = [f"{TERM}.params.share={share}", f"{TERM}.params.start_step={start_step}"]
+        overrides.append(f"+{TERM}.params.level={level}")
         cfg, _ = compose(TASK, "rsl_rl_cfg_entry_point", overrides)
         cfg.scene.num_envs, cfg.seed = ENVS, 3
         env = gym.make(TASK, cfg=cfg).unwrapped
         env.reset()
         env.common_step_counter = 100  # so that an episode may have ended
-        made[share, start_step] = env
+        made[share, start_step, level] = env
         return env
 
     yield build
@@ -111,6 +112,14 @@ def test_before_it_begins_nothing_is_drawn_that_would_not_be_without_it(make):
     torch.manual_seed(5)
     never = _end_episodes(make(share=0.0), _some())
     assert torch.equal(early, never)
+
+
+def test_it_begins_when_the_success_rate_reaches_its_level(make):
+    env = make(share=1.0, level="0.95")
+    near = (_end_episodes(env, torch.arange(ENVS) < 16) - HARD_M).abs() <= 0.0201  # 94.7 %
+    assert near.all(dim=1).float().mean() < 0.1
+    near = (_end_episodes(env, _some()) - HARD_M).abs() <= 0.0201  # 98.3 %
+    assert near.all()
 
 
 def test_a_policy_is_shown_and_judged_with_uniform_goals():

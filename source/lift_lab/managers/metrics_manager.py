@@ -145,6 +145,11 @@ class MetricsManager(FunctionTermManager):
             self._term_cfgs[self._index(term_name)] = cfg
             self._list_class_terms()
 
+    @property
+    def log_names(self) -> list[str]:
+        """Names in the log, ``Metrics/...``, in the order of the terms."""
+        return list(self._log_names)
+
     def compute(self) -> None:
         """Call every term once and take its value into the episode's.
 

@@ -29,7 +29,7 @@ class AdvantageClip:
 
         Args:
             advantages: normalised advantages, shape (steps, num_envs, 1).
-            iteration: iterations finished before this one.
+            iteration: iterations finished before this one, counted from where schedules begin; -1 before that.
 
         Returns:
             Shape (steps, num_envs, 1); the same tensor where nothing is clipped.

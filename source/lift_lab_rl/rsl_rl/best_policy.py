@@ -36,15 +36,23 @@ class BestPolicy:
         self._metric = success_metric
         self._smoothed: dict[str, float] = {}
 
-    def update(self, report: IterationReport, save: Callable[[], None] | None) -> None:
-        """Find the report's success, and save the policy if there never was a better one.
+    @property
+    def smoothed_success(self) -> float | None:
+        """Success rate of the training's episodes, smoothed over iterations; None while it is not known."""
+        return self._smoothed.get("success")
 
-        Args:
-            report: an iteration; gets its success here.
-            save: writes the policy; None for a process or a run that writes nothing.
-        """
+    def observe(self, report: IterationReport) -> None:
+        """Find an iteration's success rate and smooth it; ``report`` gets it here."""
         report.success = self.success(report.terms)
         self.smooth(report)
+
+    def update(self, report: IterationReport, save: Callable[[], None] | None) -> None:
+        """Save the policy if there never was a better one.
+
+        Args:
+            report: an iteration, after :meth:`observe`.
+            save: writes the policy; None for a process or a run that writes nothing.
+        """
         before = self.rank
         if save is None or not self.is_new(report.iteration):
             return

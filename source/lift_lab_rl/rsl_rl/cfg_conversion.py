@@ -35,6 +35,7 @@ _PARTS: dict[str, tuple[Any, ...]] = {
     "algorithm.entropy_coef_final": (None,),
     "algorithm.desired_kl_final": (None,),
     "algorithm.gamma_final": (None,),
+    "algorithm.anneal_at_success": (None,),
     "algorithm.mean_reg_coef": (0,),
     "algorithm.advantage_clip": (None,),
     "algorithm.time_out_bootstrap": (PREVIOUS_OBS,),
@@ -145,6 +146,13 @@ def _algorithm(cfg: RslRlOnPolicyRunnerCfg) -> dict[str, Any]:
             )
     if algorithm["advantage_clip"] is not None and algorithm["normalize_advantage_per_mini_batch"]:
         raise ConfigError("agent.algorithm.advantage_clip needs normalize_advantage_per_mini_batch=False")
+    if algorithm["anneal_at_success"] is not None:
+        waiting = ("entropy_coef_final", "desired_kl_final", "gamma_final", "advantage_clip")
+        if all(algorithm[setting] is None for setting in waiting):
+            raise ConfigError(
+                f"agent.algorithm.anneal_at_success has no effect without a schedule; set one of {', '.join(waiting)}, "
+                f"or anneal_at_success=null"
+            )
     name = algorithm["class_name"]
     algorithm["class_name"] = LIFT_LAB_PPO if name == "LiftLabPPO" else name
     more = {

@@ -109,6 +109,9 @@ def _check_content(content: dict[Any, Any]) -> None:
     """Raise _WrongContent for the first entry that is of the wrong type or not finite."""
     if not _is_count(content["iter"]):
         raise _WrongContent(f"'iter' has to be a number of iterations, it is {_shown(content['iter'])}")
+    begun = content.get("anneal_from", 0)
+    if not _is_count(begun) or begun > content["iter"]:
+        raise _WrongContent(f"'anneal_from' has to be an iteration that is over, it is {_shown(begun)}")
     for name in _NETWORKS:
         if name in content:
             _check_tensors(name, content[name])

@@ -42,6 +42,9 @@ from .schedules import LinearSchedule, adapted_rate
 from .symmetry import MirroredSamples
 from .time_outs import PREVIOUS_OBS, TimeOutBootstrap
 
+ANNEAL_FROM = "anneal_from"
+"""Entry of a checkpoint: iteration from which schedules count that begin at a success rate."""
+
 ACTOR, CRITIC = 0, 1
 """Numbers of the networks in :class:`~lift_lab_rl.rsl_rl.micro_batches.MicroBatches`."""
 
@@ -52,6 +55,8 @@ class LiftLabPPO(PPO):
     Attributes:
         iteration: updates done.
         schedules: name of a setting -> its schedule.
+        anneal_at_success: smoothed success rate at which the schedules begin; None for the start of the training.
+        anneal_from: iteration from which the schedules count; None before the success rate was reached.
         advantage_clip: clips advantages.
         time_outs: bootstraps episodes that a time limit ends.
         ema: moving average of the policy; None without one.
@@ -61,6 +66,7 @@ class LiftLabPPO(PPO):
 
     transition: Any
     storage: Any
+    anneal_from: int | None
 
     def __init__(
         self,
@@ -74,6 +80,7 @@ class LiftLabPPO(PPO):
         desired_kl_final: float | None = None,
         gamma_final: float | None = None,
         anneal_iterations: tuple[int, int] = (0, 0),
+        anneal_at_success: float | None = None,
         mean_reg_coef: float = 0.0,
         init_action_mean: Sequence[float] | None = None,
         advantage_clip: float | None = None,
@@ -94,6 +101,8 @@ class LiftLabPPO(PPO):
             desired_kl_final: ``desired_kl`` at the end; None for no schedule.
             gamma_final: ``gamma`` at the end; None for no schedule.
             anneal_iterations: first and last iteration of these schedules.
+            anneal_at_success: smoothed success rate at which their iterations, and that of ``advantage_clip_start``,
+                begin to count (:meth:`note_success`); None counts from the start.
             mean_reg_coef: weight in the loss of the squared length of the policy's mean action, averaged over samples.
             init_action_mean: mean action that a new policy begins with; None for what the network says.
             advantage_clip: largest size of an advantage in standard deviations; None for no limit.
@@ -116,6 +125,8 @@ class LiftLabPPO(PPO):
             if final is not None
         }
         self.advantage_clip = AdvantageClip(advantage_clip, advantage_clip_start)
+        self.anneal_at_success = anneal_at_success
+        self.anneal_from = 0 if anneal_at_success is None else None
         self.time_outs = TimeOutBootstrap(time_out_bootstrap, storage.rewards)
         self._check_minibatches()
         self.micro_batches = self._make_micro_batches(micro_batches, num_threads)
@@ -217,8 +228,9 @@ class LiftLabPPO(PPO):
         Args:
             obs: observations after the last step.
         """
+        since_start = -1 if self.anneal_from is None else self.iteration - self.anneal_from
         for name, schedule in self.schedules.items():
-            setattr(self, name, schedule.value(self.iteration))
+            setattr(self, name, schedule.value(since_start))
         st = self.storage
         if self.micro_batches is not None:
             values = self._outputs(CRITIC, st.observations.flatten(0, 1), self.micro_batches.rows)
@@ -227,7 +239,23 @@ class LiftLabPPO(PPO):
         super().compute_returns(obs)
         if self.is_multi_gpu and not self.normalize_advantage_per_mini_batch:
             st.advantages = distributed.standardise(st.returns - st.values)
-        st.advantages = self.advantage_clip(st.advantages, self.iteration)
+        st.advantages = self.advantage_clip(st.advantages, since_start)
+
+    def note_success(self, rate: float | None) -> bool:
+        """Begin the schedules if the success rate is high enough for the first time; call after each update.
+
+        Args:
+            rate: smoothed success rate of the training; None while it is not known.
+
+        Returns:
+            Whether they begin now.
+        """
+        if self.anneal_from is not None or self.anneal_at_success is None:
+            return False
+        if rate is None or rate < self.anneal_at_success:
+            return False
+        self.anneal_from = self.iteration
+        return True
 
     def _outputs(self, network: int, obs: TensorDict, rows: int) -> torch.Tensor:
         """A network's outputs for all samples, shape (samples, outputs)."""
@@ -423,10 +451,12 @@ class LiftLabPPO(PPO):
     # -- checkpoints
 
     def save(self) -> dict[str, Any]:
-        """Networks, optimisers and the EMA."""
+        """Networks, optimisers, the EMA, and where the schedules began."""
         content = super().save()
         if self.ema is not None:
             content[AVERAGE] = self.ema.state_dict()
+        if self.anneal_at_success is not None and self.anneal_from is not None:
+            content[ANNEAL_FROM] = self.anneal_from
         return content
 
     def load(self, loaded_dict: dict[str, Any], load_cfg: dict[str, bool] | None, strict: bool) -> bool:
@@ -443,6 +473,8 @@ class LiftLabPPO(PPO):
         with_iteration = super().load(loaded_dict, load_cfg, strict)
         if with_iteration:
             self.iteration = loaded_dict["iter"]
+            if self.anneal_at_success is not None:
+                self.anneal_from = loaded_dict.get(ANNEAL_FROM)
         if self.ema is not None and (load_cfg is None or load_cfg.get("actor")):
             self.ema.load_state_dict(loaded_dict.get(AVERAGE, loaded_dict[LAST]))
         return with_iteration

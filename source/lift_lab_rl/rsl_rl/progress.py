@@ -41,6 +41,8 @@ class IterationReport:
     entropy_coef: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """Episode logs: key -> mean of this iteration."""
+    notes: list[str] = field(default_factory=list)
+    """Lines for the user about what happened in it."""
 
 
 class Progress:
@@ -82,6 +84,8 @@ class Progress:
             self._live.update(self._panel(report))
         else:
             self._console.print(self._line(report), markup=False, highlight=False, soft_wrap=True)
+        for text in report.notes:
+            self.note(text)
 
     def _time_left_s(self, report: IterationReport) -> float:
         per_iteration = sum(self._seconds) / len(self._seconds)

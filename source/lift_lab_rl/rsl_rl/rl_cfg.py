@@ -142,6 +142,14 @@ class RslRlPpoAlgorithmCfg(ConfigBase):
     anneal_iterations: tuple[int, int] = (0, 0)
     """First and last iteration of the linear schedules of entropy bonus, divergence and discount factor (ours)."""
 
+    anneal_at_success: float | None = None
+    """Success rate at which the iterations of :attr:`anneal_iterations` and :attr:`advantage_clip_start` begin to count
+    (ours); None counts from the start of the training.
+
+    It is the smoothed success rate of the training's own episodes, with noise: a fifth of each iteration's, four fifths
+    of what it was before. Without an episode that ended, an iteration does not count.
+    """
+
     mean_reg_coef: float = 0.0
     """Mean-action regularisation: weight in the loss of the squared length of the mean action (ours; SAC of rlkit:
     ``policy_mean_reg_weight``); 0 for none.
@@ -157,7 +165,7 @@ class RslRlPpoAlgorithmCfg(ConfigBase):
     """
 
     advantage_clip_start: int = 0
-    """First iteration that clips advantages (ours)."""
+    """First iteration that clips advantages (ours); see also :attr:`anneal_at_success`."""
 
     time_out_bootstrap: Literal["previous_obs", "final_obs"] = "previous_obs"
     """Observation whose value stands for what follows an episode that a time limit ends (ours).
@@ -194,7 +202,7 @@ class RslRlPpoAlgorithmCfg(ConfigBase):
     _ranges: ClassVar[Ranges] = {
         "num_learning_epochs num_mini_batches": COUNT,
         "learning_rate clip_param": POSITIVE,
-        "gamma lam gamma_final": FRACTION,
+        "gamma lam gamma_final anneal_at_success": FRACTION,
         "entropy_coef entropy_coef_final mean_reg_coef value_loss_coef": NOT_NEGATIVE,
         "desired_kl desired_kl_final advantage_clip": POSITIVE,
         "max_grad_norm": POSITIVE_OR_INF,

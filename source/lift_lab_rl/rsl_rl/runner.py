@@ -237,9 +237,22 @@ class LiftLabRunner:
             entropy_coef=self.alg.entropy_coef,
         )
         self.logger.log_iteration(report, losses, self.alg.rnd.weight if self.alg.rnd else None)
+        self.best.observe(report)
+        self._begin_schedules(report)
         folder = self._written_dir
         self.best.update(report, None if folder is None else lambda: self.save(str(folder / BEST)))
         return report
+
+    def _begin_schedules(self, report: IterationReport) -> None:
+        """Begin the algorithm's schedules where they wait for a success rate, with several processes the main one's."""
+        alg = self.alg
+        if not isinstance(alg, LiftLabPPO) or alg.anneal_at_success is None or alg.anneal_from is not None:
+            return
+        if alg.note_success(distributed.from_main(self.best.smoothed_success)):
+            report.notes.append(
+                f"the success rate has reached {alg.anneal_at_success:g} at iteration {report.iteration}: "
+                f"the schedules begin"
+            )
 
     def _now(self) -> float:
         """Time in s, once the device has done its work."""

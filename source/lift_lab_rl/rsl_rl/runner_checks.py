@@ -14,6 +14,7 @@ from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab_rl.counters import manager_env
 from lift_lab_rl.random_state import load_rng_state, rng_state
 
+from .best_policy import BestPolicy
 from .symmetry import mirror_samples
 from .time_outs import FINAL_OBS, check_final_obs
 
@@ -42,7 +43,31 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
     known = [] if inner is None else list(inner.extras.get("log", {}))
     if saves and metric is not None and known and metric not in known:
         raise ConfigError(f"agent.success_metric is '{metric}', which is not logged; {suggest(metric, known)}")
+    if cfg["algorithm"].get("anneal_at_success") is not None:
+        check_success_is_logged(env, cfg, "agent.algorithm.anneal_at_success")
     _check_symmetry(inner, cfg)
+
+
+def check_success_is_logged(env: Any, cfg: dict[str, Any], setting: str) -> None:
+    """Check that a manager-based environment logs a success rate.
+
+    Args:
+        env: environment, as rsl_rl sees it.
+        cfg: what :func:`~lift_lab_rl.rsl_rl.cfg_conversion.to_rsl_rl` returns.
+        setting: path of the setting that needs it.
+
+    Raises:
+        ConfigError: it logs none.
+    """
+    inner = manager_env(env)
+    if inner is None or cfg.get("success_metric") is not None:
+        return
+    logged = dict.fromkeys([*inner.extras.get("log", {}), *inner.metrics_manager.log_names], 1.0)
+    if BestPolicy().success(logged) is None:
+        raise ConfigError(
+            f"{setting} needs a success rate, and this task logs none: give it a metrics term or a termination term "
+            f"'success', or name a log in agent.success_metric"
+        )
 
 
 def _check_symmetry(env: Any, cfg: dict[str, Any]) -> None:

@@ -25,7 +25,7 @@ class LinearSchedule:
         """The value in an iteration.
 
         Args:
-            iteration: iterations finished before it.
+            iteration: iterations finished before it, counted from where schedules begin; -1 before that.
         """
         span = max(1, self.end - self.start)
         share = 1.0 if iteration >= self.end else max(0, iteration - self.start) / span

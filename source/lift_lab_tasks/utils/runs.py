@@ -317,8 +317,10 @@ def note_annealing(agent_cfg: Any, given: Callable[[str], bool], say: Callable[[
         path, final = f"agent.algorithm.{name}", algorithm.get(f"{name}_final")
         if final is not None and given(path) and not given(f"{path}_final"):
             begin, end = algorithm["anneal_iterations"]
+            level = algorithm.get("anneal_at_success")
+            after = "" if level is None else f" after the success rate reaches {level:g}"
             say(
-                f"{path} is {value} at first and goes to {final} over iterations {begin} to {end}; "
+                f"{path} is {value} at first and goes to {final} over iterations {begin} to {end}{after}; "
                 f"{path}_final=null keeps it"
             )
 

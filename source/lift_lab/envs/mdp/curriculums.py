@@ -12,6 +12,8 @@ from lift_lab.utils.errors import ConfigError, suggest
 from lift_lab.utils.indexing import EnvIds
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FINITE, FRACTION
 
+from .metric_level import MetricLevel, check_metric, metric_level
+
 if TYPE_CHECKING:
     from lift_lab.envs import ManagerBasedRLEnv
     from lift_lab.managers import CurriculumTermCfg
@@ -28,15 +30,28 @@ __all__ = [
 class modify_reward_weight(ManagerTermBase):
     """Set the weight of a reward term once more than ``num_steps`` environment steps were taken.
 
+    With ``level``, steps count from the one at which the running mean of ``metric`` first reaches it. So the weight
+    follows the progress of the training. The mean is over the last episodes that ended, as many as there are
+    environments.
+
     Params:
         term_name: the reward term.
         weight: its new weight.
-        num_steps: the weight changes when the step counter is greater than this.
+        num_steps: the weight changes when the number of steps is greater than this.
+        metric: the metrics term that ``level`` is about.
+        level: mean of the metric from which on steps count; None counts from the start of the training.
     """
+
+    _level: MetricLevel | None = None
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)
         self._term_cfg = env.reward_manager.get_term_cfg(cfg.params["term_name"])
+        level = metric_level(self, env)
+        if level is not None:
+            self._level = level
+        elif "metric" in cfg.params:
+            raise ConfigError(f"{type(self).__name__}: metric has no effect without level")
 
     def __call__(
         self,
@@ -45,8 +60,11 @@ class modify_reward_weight(ManagerTermBase):
         term_name: str,
         weight: Annotated[float, FINITE],
         num_steps: Annotated[int, COUNT_OR_ZERO],
+        metric: str = "success",
+        level: Annotated[float | None, FINITE] = None,
     ) -> float:
-        if env.common_step_counter > num_steps:
+        steps = env.common_step_counter if self._level is None else self._level.elapsed(env, env_ids)
+        if steps > num_steps:
             self._term_cfg.weight = weight
             env.reward_manager.set_term_cfg(term_name, self._term_cfg)
         return self._term_cfg.weight
@@ -176,18 +194,6 @@ class anneal_reward_weight_on_success(ManagerTermBase):
             self._term_cfg.weight = initial_weight + whole * way
         env.reward_manager.set_term_cfg(term_name, self._term_cfg)
         return {"weight": self._term_cfg.weight, "success_rate": self._rate}
-
-
-def check_metric(term: ManagerTermBase, env: ManagerBasedRLEnv) -> None:
-    """Check that a curriculum term's parameter ``metric``, "success" by default, names a metrics term.
-
-    Raises:
-        ConfigError: it does not.
-    """
-    metric, terms = term.cfg.params.get("metric", "success"), env.metrics_manager.active_terms
-    if metric not in terms:
-        owner, hint = type(term).__name__, suggest(metric, terms)
-        raise ConfigError(f"{owner}: its metric '{metric}' is no term of env.metrics: {hint}")
 
 
 class modify_env_param(ManagerTermBase):

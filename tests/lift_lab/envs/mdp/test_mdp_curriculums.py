@@ -30,6 +30,7 @@ def env():
     command = SimpleNamespace(goal=SimpleNamespace(ranges=SimpleNamespace(pos_x=(0.4, 0.6), names=["a", "b"])))
     return SimpleNamespace(
         num_envs=1,
+        named_objects=dict,
         device="cpu",
         common_step_counter=0,
         reward_manager=_Rewards(),
@@ -54,6 +55,39 @@ def test_a_modified_weight_changes_after_more_than_num_steps(env):
         weights[step] = term(env, IDS, **params)
     assert weights == {0: -1e-4, 99: -1e-4, 100: -1e-4, 101: -0.1, 5000: -0.1}
     assert env.reward_manager.cfg.penalty.weight == -0.1
+
+
+def test_a_weight_changes_num_steps_after_a_metric_reaches_its_level(env):
+    env.num_envs, ended = 4, torch.zeros(4)
+    env.metrics_manager.episode_value = lambda name: {"success": ended}[name]
+    env.metrics_manager.counted_ids = lambda env_ids: torch.as_tensor(env_ids)
+    term, params = _term(mdp.modify_reward_weight, env, term_name="penalty", weight=-0.1, num_steps=10, level=0.7)
+
+    def weight(step, ids, *success):
+        env.common_step_counter = step
+        ended[ids] = torch.tensor(success)
+        return term(env, ids, **params)
+
+    assert weight(0, [0, 1, 2, 3], 1.0, 1.0, 1.0, 1.0) == -1e-4  # no episode has ended
+    assert weight(30, [0, 1], 1.0, 1.0) == -1e-4  # mean 0.5
+    assert weight(50, [2], float("nan")) == -1e-4
+    assert weight(60, [0, 3], 1.0, 1.0) == -1e-4  # mean 0.75, reached
+    saved = term.state_dict()
+    assert weight(70, [0], 0.0) == -1e-4
+    assert weight(71, [0], 0.0) == -0.1
+    other, _ = _term(mdp.modify_reward_weight, env, term_name="penalty", weight=-0.2, num_steps=10, level=0.7)
+    other.load_state_dict(saved)
+    env.common_step_counter = 71
+    assert other(env, [0], **params | {"weight": -0.2}) == -0.2
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"metric": "success"}, "no effect without level"), ({"metric": "sucess", "level": 0.5}, "mean 'success'")],
+)
+def test_a_level_needs_a_metric_and_a_metric_a_level(env, settings, message):
+    with pytest.raises(ConfigError, match=message):
+        _term(mdp.modify_reward_weight, env, term_name="penalty", weight=-0.1, num_steps=0, **settings)
 
 
 @pytest.mark.parametrize(

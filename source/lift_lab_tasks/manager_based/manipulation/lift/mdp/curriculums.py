@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import torch
 
 from lift_lab.envs.mdp.actions.binary_joint_actions import BinaryJointAction
-from lift_lab.envs.mdp.curriculums import check_metric
+from lift_lab.envs.mdp.metric_level import MetricLevel, check_metric, metric_level
 from lift_lab.managers import ManagerTermBase
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.ranges import COUNT_OR_ZERO, FRACTION, NOT_NEGATIVE, POSITIVE
+from lift_lab.utils.ranges import COUNT_OR_ZERO, FINITE, FRACTION, NOT_NEGATIVE, POSITIVE
 
 from .commands import ObjectPoseCommand
 
@@ -94,6 +94,9 @@ class practise_missed_goals(ManagerTermBase):
     ``spread_m`` along each axis and within the command's ranges. The other episodes draw uniform goals; all do if none
     was missed. Rewards and success do not change.
 
+    With ``level``, ``start_step`` counts from the step at which the running mean of ``metric`` first reaches it. The
+    mean is over the last episodes that ended, as many as there are environments.
+
     An aid of training: set ``training_only`` of its config. Rewards in the logs of a training include the replayed
     goals, which are harder. The metrics leave them out.
 
@@ -103,10 +106,13 @@ class practise_missed_goals(ManagerTermBase):
         spread_m: largest distance of a replayed goal from the missed one along each axis, in m.
         command_name: the command, an :class:`ObjectPoseCommand`.
         metric: the metrics term that is 1 for an episode with success, else 0.
+        level: mean of the metric from which on steps count; None counts from the start of the training.
 
     Returns:
         Share of the environments whose last episode missed its goal, for the log.
     """
+
+    _level: MetricLevel | None = None
 
     def __init__(self, cfg: CurriculumTermCfg, env: ManagerBasedRLEnv):
         super().__init__(cfg, env)
@@ -120,6 +126,9 @@ class practise_missed_goals(ManagerTermBase):
         self._missed = torch.zeros(env.num_envs, device=env.device)
         self._command.replay_missed_goals(self._goals_b, self._missed, share=0.0, spread_m=0.0)
         check_metric(self, env)
+        level = metric_level(self, env)
+        if level is not None:
+            self._level = level
 
     def __call__(
         self,
@@ -130,12 +139,14 @@ class practise_missed_goals(ManagerTermBase):
         spread_m: Annotated[float, NOT_NEGATIVE] = 0.02,
         command_name: str = "object_pose",
         metric: str = "success",
+        level: Annotated[float | None, FINITE] = None,
     ) -> torch.Tensor:
         command = self._command
         if env.common_step_counter > 0:  # at 0 no episode has ended
             self._goals_b[env_ids] = command.pose_command_b[env_ids, :3]
             self._missed[env_ids] = 1.0 - env.metrics_manager.episode_value(metric)[env_ids]
-        begun = env.common_step_counter >= start_step
+        steps = env.common_step_counter if self._level is None else self._level.elapsed(env, env_ids)
+        begun = steps >= start_step
         command.replay_missed_goals(self._goals_b, self._missed, share if begun else 0.0, spread_m)
         return self._missed.mean()
 
