@@ -328,4 +328,6 @@ def note_annealing(agent_cfg: Any, given: Callable[[str], bool], say: Callable[[
 def fingerprint(env_cfg: Any, agent_cfg: Any) -> Fingerprint:
     """Everything in the configurations that a result depends on."""
     leave_out = [f"{part}.{name}" for part, names in _NO_MATTER.items() for name in names]
+    if getattr(getattr(agent_cfg, "algorithm", None), "symmetry_cfg", None) is None:
+        leave_out.append("env.mirror")  # nothing mirrors
     return Fingerprint.of({"env": env_cfg, "agent": agent_cfg}, leave_out)
