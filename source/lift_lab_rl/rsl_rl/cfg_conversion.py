@@ -27,6 +27,7 @@ _MEMORIES = ("lstm", "gru")
 """Kinds of recurrent networks; rsl_rl takes any other name for the first."""
 
 LIFT_LAB_PPO = "lift_lab_rl.rsl_rl.ppo:LiftLabPPO"
+SYMMETRIC_MLP = "lift_lab_rl.rsl_rl.symmetric_policy:SymmetricMlp"
 WANDB_WRITER = "lift_lab_rl.rsl_rl.wandb_writer:WandbWriter"
 
 
@@ -39,6 +40,7 @@ _PARTS: dict[str, tuple[Any, ...]] = {
     "algorithm.mean_reg_coef": (0,),
     "algorithm.advantage_clip": (None,),
     "algorithm.time_out_bootstrap": (PREVIOUS_OBS,),
+    "algorithm.symmetry_cfg.average_policy": (None, False),
     "average_share": (0,),
     "policy.init_action_mean": (None,),
 }
@@ -72,6 +74,8 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
     plain["actor"], plain["critic"] = _networks(cfg.policy, cfg.empirical_normalization)
     plain["obs_groups"] = _obs_groups(cfg.obs_groups, list(obs_names))
     plain["algorithm"] = _algorithm(cfg)
+    if plain["algorithm"]["symmetry_cfg"] and plain["algorithm"]["symmetry_cfg"].pop("average_policy"):
+        plain["actor"]["class_name"] = _symmetric_class(cfg.policy)
     plain["logger"] = _logger(cfg)
     plain["multi_gpu"] = None
     return plain
@@ -117,6 +121,15 @@ def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tu
         "obs_normalization": policy.critic_obs_normalization if normalise_both is None else normalise_both,
     }
     return actor, critic
+
+
+def _symmetric_class(policy: RslRlPpoActorCriticCfg) -> str:
+    if policy.class_name != "ActorCritic" or policy.state_dependent_std:
+        raise ConfigError(
+            "agent.algorithm.symmetry_cfg.average_policy needs agent.policy.class_name=ActorCritic and "
+            "state_dependent_std=False"
+        )
+    return SYMMETRIC_MLP
 
 
 def _obs_groups(groups: dict[str, list[str]], names: list[str]) -> dict[str, list[str]]:
@@ -173,8 +186,10 @@ def _algorithm(cfg: RslRlOnPolicyRunnerCfg) -> dict[str, Any]:
 
 
 def _value_at(cfg: RslRlOnPolicyRunnerCfg, path: str) -> Any:
-    owner, _, name = path.rpartition(".")
-    return getattr(getattr(cfg, owner) if owner else cfg, name)
+    value: Any = cfg
+    for name in path.split("."):
+        value = None if value is None else getattr(value, name)
+    return value
 
 
 def _algorithm_class(path: str, name: str) -> type[PPO]:

@@ -42,6 +42,7 @@ class PolicyEma:
     """A running average of the parameters of an actor. Training never uses it.
 
     Attributes:
+        actor: the network that learns.
         parameters: name -> averaged parameter.
     """
 
@@ -52,7 +53,7 @@ class PolicyEma:
             actor: the network that learns.
             share: weight is given to about the last ``share`` of all updates, in (0, 1).
         """
-        self._actor = actor
+        self.actor = actor
         self._share = share
         self.parameters = {name: value.detach().clone() for name, value in actor.named_parameters()}
 
@@ -64,12 +65,12 @@ class PolicyEma:
         """
         weight = 1.0 / max(1.0, self._share * iteration)
         with torch.no_grad():
-            for name, value in self._actor.named_parameters():
+            for name, value in self.actor.named_parameters():
                 self.parameters[name].lerp_(value.detach(), weight)
 
     def state_dict(self) -> dict[str, torch.Tensor]:
         """The averaged parameters, with the actor's present buffers (the observations' mean and deviation)."""
-        return {**self._actor.state_dict(), **self.parameters}
+        return {**self.actor.state_dict(), **self.parameters}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Continue from a saved average."""

@@ -10,7 +10,10 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.counters import counters, load_counters, manager_env
 
 from .checkpoint_file import check_fit
+from .ema import AVERAGE, LAST
+from .ppo import LiftLabPPO
 from .run_files import trained_with
+from .symmetric_policy import SymmetricMlp, check_mirror_state, is_symmetric, with_mirror
 
 
 def model_content(alg: PPO, env: Any, iteration: int, infos: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -46,6 +49,7 @@ def load_networks(alg: PPO, path: str, content: dict[str, Any], parts: dict[str,
     Raises:
         ConfigError: they do not fit; nothing was loaded.
     """
+    content = _with_maps(alg, path, content)
     try:
         check_fit(alg, content, parts, strict)
         return alg.load(content, parts, strict)
@@ -54,6 +58,42 @@ def load_networks(alg: PPO, path: str, content: dict[str, Any], parts: dict[str,
         made_with = trained_with(path)
         hint = f"; it was trained with {made_with}" if made_with else ""
         raise ConfigError(f"checkpoint '{path}' does not fit this task's networks: {reason}{hint}") from error
+
+
+def _with_maps(alg: PPO, path: str, content: dict[str, Any]) -> dict[str, Any]:
+    """A checkpoint's content, with the maps of the algorithm's symmetric policy where it is of another policy."""
+    saved = {name: content[name] for name in (LAST, AVERAGE) if isinstance(content.get(name), dict)}
+    if isinstance(alg.actor, SymmetricMlp):
+        mirror = alg.actor.mirror
+        return content | {name: with_mirror(state, mirror) for name, state in saved.items()}
+    if any(is_symmetric(state) for state in saved.values()):
+        raise ConfigError(
+            f"checkpoint '{path}' is of an exactly symmetric policy: set "
+            "agent.algorithm.symmetry_cfg.average_policy=true"
+        )
+    return content
+
+
+def take_symmetry(alg: PPO, path: str, state: dict[str, Any]) -> None:
+    """Make the actor a symmetric policy where a checkpoint's is one, to act as it does.
+
+    Args:
+        alg: the algorithm.
+        path: file of the checkpoint, for the message.
+        state: the saved state of its actor.
+
+    Raises:
+        ConfigError: the algorithm is rsl_rl's, or the maps are not valid.
+    """
+    if is_symmetric(state):
+        check_mirror_state(state, path)
+        if not isinstance(alg, LiftLabPPO):
+            raise ConfigError(
+                f"checkpoint '{path}' is of an exactly symmetric policy: set agent.algorithm.class_name=LiftLabPPO"
+            )
+        alg.average_with_images()
+    elif isinstance(alg, LiftLabPPO) and isinstance(alg.actor, SymmetricMlp) and not alg.averages_by_setting:
+        alg.actor.mirror.clear()  # the symmetric policy that acted before was another file's
 
 
 def load_infos(alg: PPO, env: Any, content: dict[str, Any]) -> dict[str, Any]:

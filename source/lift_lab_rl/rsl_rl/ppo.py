@@ -37,9 +37,11 @@ from .exploration import add_mean_regularisation, set_initial_mean
 from .gaussian import divergence, entropy, log_normaliser, standard_deviation, to_parameter_gradient
 from .micro_batches import MicroBatches
 from .mlp_gradients import GradientSums
+from .network_inputs import inputs_are_shared, network_input, update_normalization
 from .ppo_loss import policy_terms, value_terms
 from .schedules import LinearSchedule, adapted_rate
-from .symmetry import MirroredSamples
+from .symmetric_policy import SymmetricMlp
+from .symmetry import MirroredSamples, policy_maps
 from .time_outs import PREVIOUS_OBS, TimeOutBootstrap
 
 ANNEAL_FROM = "anneal_from"
@@ -62,6 +64,7 @@ class LiftLabPPO(PPO):
         ema: moving average of the policy; None without one.
         micro_batches: runs the networks; None where rollout and update are rsl_rl's.
         mirrored: mirrored samples of our update; None without symmetry.
+        averages_by_setting: whether the policy is exactly symmetric because the configuration asks for it.
     """
 
     transition: Any
@@ -131,10 +134,14 @@ class LiftLabPPO(PPO):
         self._check_minibatches()
         self.micro_batches = self._make_micro_batches(micro_batches, num_threads)
         self.mirrored = None
+        self.averages_by_setting = isinstance(self.actor, SymmetricMlp)
         if self.symmetry is not None:
             groups = self._groups() if self.micro_batches else list(storage.observations.keys())
-            self.mirrored = MirroredSamples(self.symmetry, groups)
+            mirror = self.actor.mirror if isinstance(self.actor, SymmetricMlp) else None
+            self.mirrored = MirroredSamples(self.symmetry, groups, mirror)
             self.mirrored.check(storage.observations[0], storage.actions[0])
+            if mirror is not None:
+                mirror.set_maps(*policy_maps(self.symmetry, self.actor.obs_groups))
         self.mean_reg_coef = self._checked_mean_reg(mean_reg_coef)
         if init_action_mean is not None:
             set_initial_mean(actor.mlp, init_action_mean)
@@ -177,7 +184,7 @@ class LiftLabPPO(PPO):
     def _is_covered(self) -> bool:
         """Whether micro-batches support the networks and extensions."""
         return (
-            type(self.actor) is MLPModel
+            type(self.actor) in (MLPModel, SymmetricMlp)
             and type(self.critic) is MLPModel
             and type(self.actor.distribution) is GaussianDistribution
             and self.rnd is None
@@ -261,7 +268,12 @@ class LiftLabPPO(PPO):
         """A network's outputs for all samples, shape (samples, outputs)."""
         assert self.micro_batches is not None
         model = self.critic if network == CRITIC else self.actor
-        return self.micro_batches.outputs(network, _network_input(model, obs), model.obs_normalizer, rows)
+        inputs = network_input(model, obs)
+        if not isinstance(model, SymmetricMlp):
+            return self.micro_batches.outputs(network, inputs, model.obs_normalizer, rows)
+        both = torch.cat([inputs, model.mirror.obs(inputs)])
+        outputs = self.micro_batches.outputs(network, both, model.obs_normalizer, rows)
+        return model.mirror.mean(outputs.view(2, len(inputs), -1))
 
     # -- update
 
@@ -289,7 +301,7 @@ class LiftLabPPO(PPO):
         for _ in range(self.num_learning_epochs):
             for minibatch in minibatches:
                 totals += self._step(minibatch)
-        self._update_normalization()
+        update_normalization(self.actor, self.critic, self.storage.observations.flatten(0, 1))
         with torch.no_grad():  # rsl_rl's runner logs the deviation of the last distribution
             assert self.actor.distribution is not None
             self.actor.distribution.update(self.storage.distribution_params[0][0])
@@ -300,8 +312,8 @@ class LiftLabPPO(PPO):
     def _gather(self) -> dict[str, torch.Tensor]:
         """The rollout in the shuffled order of this update, observations normalised once for all epochs.
 
-        With symmetry every sample is followed by its images: for the actor, and for the critic where they are samples
-        of their own.
+        With symmetry every sample is followed by its images: those of the actor, and those of the critic where the
+        images are samples of their own.
         """
         st, mirrored = self.storage, self.mirrored
         count = st.num_envs * st.num_transitions_per_env // self.num_mini_batches * self.num_mini_batches
@@ -313,27 +325,27 @@ class LiftLabPPO(PPO):
 
         def normalised(model: Any, obs: TensorDict) -> torch.Tensor:
             with torch.no_grad():
-                return model.obs_normalizer(_network_input(model, obs))
+                return model.obs_normalizer(network_input(model, obs))
 
-        samples = {
+        for_actor = {
             "actions": shuffled(st.actions.flatten(0, 1)),
-            "values": shuffled(st.values.flatten()),
-            "returns": shuffled(st.returns.flatten()),
             "advantages": self._scaled_by_minibatch(shuffled(st.advantages.flatten())),
             "old_log_prob": shuffled(st.actions_log_prob.flatten()),
             "old_mean": shuffled(st.distribution_params[0].flatten(0, 1)),
         }
+        for_critic = {"values": shuffled(st.values.flatten()), "returns": shuffled(st.returns.flatten())}
         groups = self._groups() if mirrored is None else list(obs.keys())  # the function may need any
         own = every = TensorDict({name: shuffled(obs[name]) for name in groups}, batch_size=[count])
         if mirrored is not None:
-            every, actions = mirrored.append(own, samples["actions"])
+            every, actions = mirrored.append(own, for_actor["actions"])
+            if mirrored.rows_per_sample == 1:
+                for_actor = {**mirrored.repeated(for_actor), "actions": actions}
             if mirrored.augments:
-                samples = {key: value.repeat_interleave(mirrored.copies, 0) for key, value in samples.items()}
-                samples["actions"], own = actions, every
-        samples["obs_actor"] = normalised(self.actor, every)
-        shared = own is every and self._inputs_are_shared()
-        samples["obs_critic"] = samples["obs_actor"] if shared else normalised(self.critic, own)
-        return samples
+                for_critic, own = mirrored.repeated(for_critic), every
+        obs_actor = normalised(self.actor, every)
+        shared = own is every and inputs_are_shared(self.actor, self.critic)
+        obs_critic = obs_actor if shared else normalised(self.critic, own)
+        return {"obs_actor": obs_actor, "obs_critic": obs_critic, **for_actor, **for_critic}
 
     def _scaled_by_minibatch(self, advantages: torch.Tensor) -> torch.Tensor:
         if not self.normalize_advantage_per_mini_batch:
@@ -373,25 +385,21 @@ class LiftLabPPO(PPO):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Derivative by ``mean``, and sums: derivative by the deviations, surrogate loss, squared drift of the mean,
         and with symmetry the mirror loss."""
-        mirrored = self.mirrored
-        # images that are no samples of their own have no surrogate loss
-        idle = 1 if mirrored is None or mirrored.augments else mirrored.copies
-        own, rows = mean[::idle], slice(rows.start // idle, rows.stop // idle)
-        names = ("actions", "old_mean", "old_log_prob", "advantages")
-        terms = policy_terms(own, std, **{name: batch[name][rows] for name in names}, clip_param=self.clip_param)
-        add_mean_regularisation(terms.grad_mean, own, self.mean_reg_coef)
+        names, mirrored = ("actions", "old_mean", "old_log_prob", "advantages"), self.mirrored
+        outputs, per_sample = mean, 1 if mirrored is None else mirrored.rows_per_sample
+        if mirrored is not None:
+            mean, rows = mirrored.means(outputs), slice(rows.start // per_sample, rows.stop // per_sample)
+        samples = {name: batch[name][rows] for name in names}
+        terms = policy_terms(mean, std, **samples, clip_param=self.clip_param)
+        add_mean_regularisation(terms.grad_mean, mean, self.mean_reg_coef)
         sums = [terms.grad_std, terms.surrogate.view(1), terms.drift]
         if mirrored is None:
             return terms.grad_mean, torch.cat(sums)
-        grad = terms.grad_mean
-        if idle > 1:
-            grad = torch.zeros_like(mean)
-            grad[::idle] = terms.grad_mean.mul_(idle)
-            sums = [value * idle for value in sums]
-        else:  # the divergence is that of the given samples, as in rsl_rl
-            copies = mirrored.copies
-            sums[2] = (own[::copies] - batch["old_mean"][rows][::copies]).square_().sum(0) * copies
-        return grad, torch.cat([*sums, mirrored.loss(mean, grad).view(1)])
+        # the divergence is that of the given samples, as in rsl_rl
+        sums[2] = mirrored.of_given((mean - samples["old_mean"]).square_())
+        grad = mirrored.to_outputs(terms.grad_mean)
+        loss = mirrored.loss(outputs, grad)
+        return grad, torch.cat([*(value * per_sample for value in sums), loss.view(1)])
 
     def _value_loss(
         self, values: torch.Tensor, old_values: torch.Tensor, returns: torch.Tensor
@@ -424,31 +432,17 @@ class LiftLabPPO(PPO):
         for group in self.optimizer.param_groups:
             group["lr"] = rate
 
-    def _update_normalization(self) -> None:
-        """Add the rollout's observations to the networks' normalisation, once where both are the same."""
-        obs, shared = self.storage.observations.flatten(0, 1), self._inputs_are_shared()
-        with distributed.answers():  # rsl_rl's normalisation takes the samples of all processes
-            self.actor.update_normalization(obs)
-            if shared:
-                self.critic.obs_normalizer.load_state_dict(self.actor.obs_normalizer.state_dict())
-            else:
-                self.critic.update_normalization(obs)
-
-    def _inputs_are_shared(self) -> bool:
-        """Whether actor and critic see the same numbers: the same groups of observations, normalised alike."""
-        actor, critic = self.actor, self.critic
-        ours, theirs = actor.obs_normalizer, critic.obs_normalizer
-        return (
-            actor.obs_groups == critic.obs_groups
-            and type(ours) is type(theirs)
-            and ours.training == theirs.training
-            and all(torch.equal(a, b) for a, b in zip(ours.buffers(), theirs.buffers(), strict=True))
-        )
-
     def _std(self) -> torch.Tensor:
         return standard_deviation(self.actor.distribution)
 
     # -- checkpoints
+
+    def average_with_images(self) -> None:
+        """Make the actor an exactly symmetric policy, with maps that change nothing until some are loaded."""
+        if not isinstance(self.actor, SymmetricMlp):
+            self.actor = self._raw_actor = SymmetricMlp.like(self.actor)
+            if self.ema is not None:
+                self.ema.actor = self.actor
 
     def save(self) -> dict[str, Any]:
         """Networks, optimisers, the EMA, and where the schedules began."""
@@ -478,9 +472,3 @@ class LiftLabPPO(PPO):
         if self.ema is not None and (load_cfg is None or load_cfg.get("actor")):
             self.ema.load_state_dict(loaded_dict.get(AVERAGE, loaded_dict[LAST]))
         return with_iteration
-
-
-def _network_input(model: Any, obs: TensorDict) -> torch.Tensor:
-    """The observations that a network sees, not normalised, shape (samples, inputs)."""
-    groups = [obs[group] for group in model.obs_groups]
-    return groups[0] if len(groups) == 1 else torch.cat(groups, dim=-1)

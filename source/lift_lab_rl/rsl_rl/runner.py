@@ -36,7 +36,7 @@ from .export_metadata import policy_metadata
 from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .finite_guard import FiniteGuard
 from .gaussian import action_std
-from .model_file import load_infos, load_networks, model_content
+from .model_file import load_infos, load_networks, model_content, take_symmetry
 from .ppo import LiftLabPPO
 from .progress import IterationReport, Progress
 from .resume import load_resume_state, resume_state
@@ -340,6 +340,7 @@ class LiftLabRunner:
         """
         content = read_checkpoint(path, self.device)
         content[LAST] = acting_policy(content, path)
+        take_symmetry(self.alg, path, content[LAST])
         parts = {"actor": True, "critic": "critic_state_dict" in content}  # a policy that ships has no critic
         load_networks(self.alg, path, content, parts, strict=True)
         return load_infos(self.alg, self.env, content)

@@ -73,7 +73,16 @@ def check_success_is_logged(env: Any, cfg: dict[str, Any], setting: str) -> None
 def _check_symmetry(env: Any, cfg: dict[str, Any]) -> None:
     """A declared symmetry that is used has to be that of the environment."""
     symmetry = cfg["algorithm"].get("symmetry_cfg")
-    if symmetry is None or resolve_callable(symmetry["data_augmentation_func"]) is not mirror_samples:
+    if symmetry is None:
+        return
+    try:
+        function = resolve_callable(symmetry["data_augmentation_func"])
+    except (ValueError, ImportError, AttributeError) as error:
+        raise ConfigError(
+            "agent.algorithm.symmetry_cfg.data_augmentation_func: no function "
+            f"'{symmetry['data_augmentation_func']}'; give 'module:name' of one"
+        ) from error
+    if function is not mirror_samples:
         return
     if env is None:
         raise ConfigError(

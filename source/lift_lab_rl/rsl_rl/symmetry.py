@@ -20,6 +20,8 @@ from lift_lab.envs.mirror import TaskMirror
 from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.mirror import MirrorMap
 
+from .symmetric_policy import PolicyMirror
+
 _MIRRORS: WeakKeyDictionary[Any, _EnvMirror] = WeakKeyDictionary()
 
 
@@ -72,27 +74,61 @@ def _mirror_of(env: Any) -> _EnvMirror:
     return _MIRRORS[inner]
 
 
+def policy_maps(symmetry: Symmetry, groups: Sequence[str]) -> tuple[MirrorMap, MirrorMap]:
+    """Maps of a policy's observations and actions, as the task declares them.
+
+    Args:
+        symmetry: rsl_rl's extension.
+        groups: the policy's observation groups.
+
+    Raises:
+        ConfigError: the extension has a function of the user's, which is not a map.
+    """
+    if symmetry.data_augmentation_func is not mirror_samples:
+        raise ConfigError(
+            "agent.algorithm.symmetry_cfg.average_policy needs the task's declared symmetry, env.mirror; leave out "
+            "data_augmentation_func"
+        )
+    env: Any = symmetry.env
+    task = TaskMirror(env.unwrapped)
+    return MirrorMap.cat([task.group(name) for name in groups]), task.actions()
+
+
 class MirroredSamples:
     """Use of rsl_rl's symmetry extension in our update.
 
+    The actor sees every sample and, next to it, its images: ``copies`` rows. There are three cases:
+
+    - The images are samples of their own (``use_data_augmentation``).
+    - They are for the mirror loss alone.
+    - The policy averages over both (:class:`~lift_lab_rl.rsl_rl.symmetric_policy.SymmetricMlp`). Then an image as a
+      sample of its own would add to the actor's loss what its sample does, so it is left out there.
+
     Attributes:
-        augments: whether the images are samples of their own.
+        augments: whether the images are samples of their own, at least for the critic.
         loss_coef: weight of the mirror loss; 0 where it is only logged.
         copies: samples that each one becomes, itself included.
     """
 
-    def __init__(self, symmetry: Symmetry, groups: Sequence[str]):
+    def __init__(self, symmetry: Symmetry, groups: Sequence[str], policy: PolicyMirror | None = None):
         """Take over the extension's settings.
 
         Args:
             symmetry: rsl_rl's extension.
             groups: observation groups that the networks see.
+            policy: the maps of a policy that averages; None for another policy.
         """
+        self._policy = policy
         self._symmetry, self._groups = symmetry, list(groups)
         self._lock = threading.Lock()  # the function is the user's
         self.augments = symmetry.use_data_augmentation
         self.loss_coef = symmetry.mirror_loss_coeff if symmetry.use_mirror_loss else 0.0
         self.copies = 0
+
+    @property
+    def rows_per_sample(self) -> int:
+        """Rows of the actor to a sample of its loss."""
+        return 1 if self.augments and self._policy is None else self.copies
 
     def check(self, obs: TensorDict, actions: torch.Tensor) -> None:
         """Mirror a few samples to learn the number of copies.
@@ -135,6 +171,44 @@ class MirroredSamples:
         groups = {name: self._next_to_each_other(more[name]) for name in self._groups}
         return TensorDict(groups, batch_size=more.batch_size), self._next_to_each_other(their_actions)
 
+    def repeated(self, samples: dict[str, torch.Tensor]) -> dict[str, torch.Tensor]:
+        """Numbers of samples that their images have, too, in the order of :meth:`append`."""
+        return {name: values.repeat_interleave(self.copies, 0) for name, values in samples.items()}
+
+    def means(self, outputs: torch.Tensor) -> torch.Tensor:
+        """Mean actions of the samples of the actor's loss.
+
+        Args:
+            outputs: of the actor's network, shape (rows, num_actions).
+
+        Returns:
+            Shape (rows / rows_per_sample, num_actions).
+        """
+        if self._policy is not None:
+            return self._policy.mean(outputs.view(-1, self.copies, outputs.shape[-1]).transpose(0, 1))
+        return outputs[:: self.rows_per_sample]
+
+    def to_outputs(self, grad: torch.Tensor) -> torch.Tensor:
+        """Derivative by the network's outputs, not divided by the number of rows yet, of that by :meth:`means`."""
+        count = self.rows_per_sample
+        if count == 1:
+            return grad
+        by_row = grad.new_zeros(len(grad), count, grad.shape[-1])
+        if self._policy is not None:
+            by_row[:] = self._policy.mean_gradient(grad).transpose(0, 1)
+        else:
+            by_row[:, 0] = grad
+        return by_row.mul_(count).flatten(0, 1)
+
+    def of_given(self, values: torch.Tensor) -> torch.Tensor:
+        """Sum over the given samples, scaled to the number of all samples of the actor's loss.
+
+        Args:
+            values: shape (samples, num_actions), in the order of :meth:`append`.
+        """
+        count = self.copies // self.rows_per_sample
+        return values[::count].sum(0) * count
+
     def loss(self, means: torch.Tensor, grad: torch.Tensor) -> torch.Tensor:
         """Mirror loss: mean squared difference between the actions at the images and the images of the actions.
 
@@ -146,8 +220,10 @@ class MirroredSamples:
             grad: derivative of the loss by ``means``, not yet divided by the number of rows; changed in place.
 
         Returns:
-            The loss times the number of rows, a scalar.
+            The loss times the number of rows, a scalar; 0 of a policy that averages.
         """
+        if self._policy is not None:
+            return means.new_zeros(())
         by_sample = means.view(-1, self.copies, means.shape[-1])
         own = by_sample[:, 0]
         with self._lock:

@@ -29,4 +29,9 @@ class RslRlSymmetryCfg(ConfigBase):
     mirror_loss_coeff: float = 0.0
     """Weight of the mirror loss."""
 
+    average_policy: bool = False
+    """Whether the policy is exactly symmetric (ours): its mean action is the average of the network's action and the
+    mirrored action at the mirror image. This holds in training, for checkpoints, when they act and for exported files.
+    It needs the task's declared symmetry."""
+
     _ranges: ClassVar[Ranges] = {"mirror_loss_coeff": NOT_NEGATIVE}
