@@ -69,6 +69,12 @@ PAGES: dict[str, list[Page]] = {
         ),
         _mdp("recorders", "Recorders", _TERMS),
         Page(
+            "api/mirror.md",
+            "Mirror symmetry",
+            "Import from `lift_lab.envs.mirror` and `lift_lab.utils.mirror`. [PPO](../ppo.md#symmetry) uses it.",
+            {"Tasks": "lift_lab.envs.mirror", "Kinds and maps": "lift_lab.utils.mirror"},
+        ),
+        Page(
             "api/noise.md",
             "Noise and modifiers",
             "Import from `lift_lab.utils.noise` and `lift_lab.utils.modifiers`. Observation terms take both.",

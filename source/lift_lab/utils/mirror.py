@@ -15,7 +15,7 @@ from .configclass import ConfigBase, configclass
 from .errors import ConfigError, suggest
 from .ranges import COUNT_OR_ZERO, FINITE, Ranges
 
-__all__ = ["KINDS", "MirrorMap", "MirrorTermCfg", "kind_of", "mirrors_as"]
+__all__ = ["KINDS", "MirrorMap", "MirrorTermCfg", "kind_of", "map_of_kind", "mirrors_as"]
 
 Term = TypeVar("Term", bound=Callable)
 
