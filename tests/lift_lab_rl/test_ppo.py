@@ -136,6 +136,36 @@ def test_an_update_ends_where_rsl_rl_ends(settings):
         assert our_losses[key] == pytest.approx(value, abs=1e-4, rel=1e-4)
 
 
+def doubled(env, obs=None, actions=None):
+    """Images that are the samples themselves."""
+    return (None if obs is None else torch.cat([obs, obs])), (None if actions is None else actions.repeat(2, 1))
+
+
+@pytest.mark.parametrize("augment", [True, False])
+def test_images_that_are_the_samples_change_nothing_with_all_our_parts_on(augment):
+    parts = {"mean_reg_coef": 0.1, "advantage_clip": 0.5, "gamma_final": 0.5, "anneal_iterations": (0, 2)}
+    with_images = make(LiftLabPPO, rows=20, num_threads=2, **parts, **symmetric(doubled, augment=augment, loss=True))
+    without = make(LiftLabPPO, rows=20, num_threads=2, **parts)
+    found, expected = rollouts(with_images), rollouts(without)
+    torch.testing.assert_close(weights(with_images), weights(without), atol=2e-5, rtol=1e-4)
+    assert found.pop("symmetry") == pytest.approx(0.0, abs=1e-9)
+    assert found == pytest.approx(expected, abs=1e-4, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda env, obs, actions: (obs, actions), "expected the given samples and after them their images"),
+        (lambda env, obs, actions: (torch.cat([obs, obs]), actions), "expected the given samples and after them"),
+        (lambda env, obs, actions: (torch.cat([obs, obs]), -actions.repeat(2, 1) - 1.0), "are not the given ones"),
+    ],
+    ids=["no images", "no images of the actions", "images first"],
+)
+def test_a_function_that_returns_something_else_is_refused(function, message):
+    with pytest.raises(ConfigError, match=message):
+        make(LiftLabPPO, **symmetric(function))
+
+
 def test_a_critic_that_normalises_otherwise_than_the_actor_goes_on_doing_so():
     theirs, ours = make(PPO), make(LiftLabPPO)
     for algorithm in (theirs, ours):
