@@ -40,8 +40,19 @@ class RslRl(Library):
         name: (f"agent.{name}",) for name in ("experiment_name", "run_name", "max_iterations", "load_run", "logger")
     }
 
+    evaluation_env_cfg: Any = None
+    """Configuration of the environments that evaluate the policy during a training; None without ``agent.evaluation``.
+    """
+
     def add_training_flags(self, parser: Parser) -> None:
-        parser.add_argument("--max_iterations", type=positive, default=None, help="iterations of the whole run")
+        parser.add_argument(
+            "--max_iterations", type=positive, default=None, help="iterations of the whole run, at most"
+        )
+        parser.add_argument(
+            "--no_evaluation",
+            action="store_true",
+            help="train for all iterations: no evaluation during the training, which may end it (agent.evaluation)",
+        )
         parser.add_argument("--resume", action="store_true", help="continue an earlier run (default: the newest)")
         parser.add_argument("--load_run", type=str, default=None, help="regular expression of the run to continue")
         parser.add_argument(
@@ -79,6 +90,10 @@ class RslRl(Library):
         agent = settings.agent
         if training:
             require_logger(agent.logger)
+            if args.no_evaluation:
+                if settings.given("agent.evaluation", below=True):
+                    raise ConfigError("--no_evaluation and agent.evaluation contradict each other: give one of them")
+                agent.evaluation = None
             if args.log_project_name is not None:
                 if agent.logger == "tensorboard":
                     raise ConfigError("--log_project_name needs --logger wandb")
@@ -88,6 +103,8 @@ class RslRl(Library):
                 cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
         settings.resolve(training)
         settings.env.sim.device, agent.device = place.device(settings.env.sim.device), place.device(agent.device)
+        if training and agent.evaluation is not None:
+            self.evaluation_env_cfg = evaluation_env_cfg(settings)
         return settings
 
     # -- runs
@@ -99,7 +116,8 @@ class RslRl(Library):
 
     def find_start(self, settings: Settings, args: argparse.Namespace, place: Place) -> Path | None:
         from lift_lab.utils.errors import ConfigError
-        from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration
+        from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration, solved_by
+        from lift_lab_rl.rsl_rl.training_evaluation import criteria
         from lift_lab_tasks.utils.runs import find_checkpoint
 
         def warn(text: str) -> None:
@@ -113,6 +131,11 @@ class RslRl(Library):
             return None
         wanted = args.checkpoint or agent.load_checkpoint
         checkpoint = find_checkpoint(agent, wanted, agent.load_run, settings.task, True, warn)
+        if agent.evaluation is not None and solved_by(checkpoint) == criteria(agent.evaluation.to_dict()):
+            raise ConfigError(
+                f"'{checkpoint}' is of a training that ended because the task is solved; "
+                f"train on with --no_evaluation, or with other values of agent.evaluation"
+            )
         done = checkpoint_iteration(checkpoint)
         if done >= agent.max_iterations:
             raise ConfigError(
@@ -122,7 +145,7 @@ class RslRl(Library):
         return checkpoint
 
     def training(self, env: Any, run: Run) -> Training:
-        return _Training(env, run)
+        return _Training(env, run, self.evaluation_env_cfg)
 
     def find_policy(self, settings: Settings, args: argparse.Namespace) -> Path:
         return find_policy(settings, args)
@@ -194,10 +217,44 @@ def make_runner(env: Any, agent: Any, *more: Any) -> tuple[Any, Any]:
     return wrapped, LiftLabRunner(wrapped, cfg, folder, agent.device, *others)
 
 
+def evaluation_env_cfg(settings: Settings) -> Any:
+    """Configuration of the environments that evaluate the policy during a training.
+
+    Args:
+        settings: resolved settings with ``agent.evaluation``; not changed.
+
+    Raises:
+        ConfigError: the task does not say what success is.
+    """
+    from lift_lab.utils.errors import ConfigError
+    from lift_lab_rl.evaluation import add_success_probe
+    from lift_lab_rl.rsl_rl.training_evaluation import num_eval_envs
+    from lift_lab_tasks.utils import task_kwargs
+
+    evaluation = settings.agent.evaluation.to_dict()
+    cfg = settings.evaluation_env(num_eval_envs(evaluation), evaluation["seed"])
+    try:
+        add_success_probe(cfg, task_kwargs(settings.task).get("success"))
+    except ConfigError as error:
+        raise ConfigError(f"agent.evaluation: {error}; or train with --no_evaluation") from error
+    return cfg
+
+
 class _Training(Training):
-    def __init__(self, env: Any, run: Run):
-        self.run = run
-        _, self.runner = make_runner(env, run.settings.agent, run.folder, run.fingerprint, run.place)
+    def __init__(self, env: Any, run: Run, evaluation_cfg: Any):
+        self.run, self.evaluation_cfg = run, evaluation_cfg
+        agent = run.settings.agent
+        _, self.runner = make_runner(env, agent, run.folder, run.fingerprint, run.place, self.evaluation_env)
+
+    def evaluation_env(self) -> Any:
+        """The wrapped environment of evaluations during the training."""
+        import gymnasium as gym
+
+        from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
+
+        settings = self.run.settings
+        env = gym.make(settings.task, cfg=self.evaluation_cfg.copy())
+        return RslRlVecEnvWrapper(env, clip_actions=settings.agent.clip_actions)
 
     def begin(self, say: Callable[[str], None]) -> None:
         from lift_lab_tasks.utils.runs import note_annealing, note_other_task
@@ -221,7 +278,8 @@ class _Training(Training):
 
     def finish(self) -> str:
         done = self.runner.current_learning_iteration
-        return f"after {done} iterations: {self.run.folder / f'model_{done}.pt'}"
+        solved = ", the task is solved" if self.runner.solved else ""
+        return f"after {done} iterations{solved}: {self.run.folder / f'model_{done}.pt'}"
 
 
 class _Player(Player):

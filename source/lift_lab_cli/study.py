@@ -117,6 +117,7 @@ class Study:
             "overrides": overrides,
         }
         self._lengths: dict[str, int] = {}  # iterations of the trainings, by label
+        self._criteria: dict[str, Any] = {}  # what ends them earlier; None for nothing
         self._common = ["--num_threads", str(args.num_threads)] if args.num_threads else []
         self._common += ["--device", args.device] if args.device else []
 
@@ -128,6 +129,7 @@ class Study:
         """
         from lift_lab.sim.simulation_context import resolve_device
         from lift_lab_rl.perturbations import parse_perturbation, perturb
+        from lift_lab_rl.rsl_rl.training_evaluation import criteria
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
         from lift_lab_tasks.settings import Settings
 
@@ -148,6 +150,8 @@ class Study:
                 settings.resolve(training=True)
                 agents[label] = settings.agent
         self._lengths = length = {label: agent.max_iterations for label, agent in agents.items()}
+        evaluations = {label: agent.evaluation for label, agent in agents.items()}
+        self._criteria = {label: cfg and criteria(cfg.to_dict()) for label, cfg in evaluations.items()}
         for job in self.jobs:  # what an earlier call has trained is found when it is needed
             label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None
             if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
@@ -240,7 +244,7 @@ class Study:
 
         wanted = self._lengths[job.variant.label]
         found = newest_checkpoint(self.folder, job.name, self._readable)
-        if found is None or found[1] < wanted:
+        if not self._is_done(job, found):
             flags = ["--task", job.variant.task, "--seed", job.seed, "--max_iterations", wanted]
             flags += ["--experiment_name", self.args.name, "--run_name", job.name, *self._common]
             flags += ["--num_envs", self.args.num_envs] if self.args.num_envs else []
@@ -256,11 +260,12 @@ class Study:
             status = self._call(job, "train", [*flags, *job.variant.overrides, *self.overrides])
             job.record["train_s"] = job.record.get("train_s", 0.0) + time.monotonic() - begun
             found = newest_checkpoint(self.folder, job.name, self._readable)
-            if status or found is None or found[1] < wanted:
+            if status or not self._is_done(job, found):
                 stopped = self.stopping.is_set() or status in _STOPPED
                 ended = "stopped" if stopped or not status else f"training failed ({status})"
                 job.record["status"] = ended
                 return False
+        assert found is not None
         path, job.record["iterations"] = found
         best = self.args.checkpoint == "best"
         checkpoint = best_checkpoint(self.folder, job.name, self._readable) if best else path
@@ -274,6 +279,15 @@ class Study:
         job.record["status"] = "trained"
         self.write()
         return True
+
+    def _is_done(self, job: Any, found: tuple[Path, int] | None) -> bool:
+        """Whether a training has done all iterations, or has ended because the task is solved."""
+        from lift_lab_rl.rsl_rl.run_files import solved_by
+
+        if found is None or found[1] >= self._lengths[job.variant.label]:
+            return found is not None
+        criteria = self._criteria[job.variant.label]
+        return criteria is not None and solved_by(found[0]) == criteria
 
     def _readable(self, checkpoint: Path) -> bool:
         from lift_lab_rl.rsl_rl.run_files import Readable

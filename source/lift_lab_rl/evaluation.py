@@ -15,7 +15,7 @@ import contextlib
 import copy
 import inspect
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -176,16 +176,18 @@ def _term(terms: Any, name: str) -> Any:
     return terms.get(name) if isinstance(terms, dict) else getattr(terms, name, None)
 
 
-def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
+def evaluate(env: Any, policy: Any, episodes: int, go_on: Callable[[Evaluation], bool] | None = None) -> Evaluation:
     """Run a policy for whole episodes. The curriculum holds still meanwhile, so that all are of one task.
 
     Args:
         env: wrapped environment, freshly reset, whose configuration went through :func:`add_success_probe`.
         policy: maps observations to actions.
         episodes: how many episodes to count.
+        go_on: called with the episodes so far whenever each environment has run as many of them, but not at the end;
+            False ends the evaluation there. Their logs may contain those of further episodes.
 
     Returns:
-        The episodes in their fixed order.
+        The episodes in their fixed order, up to where ``go_on`` ended them.
 
     Raises:
         NonFiniteError: an observation or a reward is infinite or NaN.
@@ -198,9 +200,10 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
     returns = torch.zeros(env.num_envs, dtype=torch.float64, device=env.device)
     lengths = torch.zeros(env.num_envs, dtype=torch.long, device=env.device)
     obs = env.get_observations()
-    left = env.num_envs * rounds
+    left, full = env.num_envs * rounds, 0
     logs: dict[str, list[tuple[float, float]]] = {}
     with torch.inference_mode(), _curriculum_held(inner):
+        probe.first_step.zero_()
         while left:
             obs, rewards, dones, extras = env.step(policy(obs))
             check_step(env, obs, rewards, extras)
@@ -231,8 +234,22 @@ def evaluate(env: Any, policy: Any, episodes: int) -> Evaluation:
             returns[ids] = 0.0
             lengths[ids] = 0
             probe.first_step[ids] = 0
-    ordered = [finished[env_id][k] for k in range(rounds) for env_id in range(env.num_envs)]
-    return Evaluation(inner.step_dt, ordered[:episodes], {key: _merged(key, pairs) for key, pairs in logs.items()})
+            if go_on is not None and left and min(map(len, finished)) > full:
+                full = min(map(len, finished))
+                so_far = _in_order(inner.step_dt, finished, full, logs)
+                if not go_on(so_far):
+                    return so_far
+    found = _in_order(inner.step_dt, finished, rounds, logs)
+    found.episodes = found.episodes[:episodes]
+    return found
+
+
+def _in_order(
+    step_dt_s: float, finished: list[list[Episode]], rounds: int, logs: dict[str, list[tuple[float, float]]]
+) -> Evaluation:
+    """The first episodes of all environments in their fixed order: all first ones by environment, then all second."""
+    episodes = [of_env[k] for k in range(rounds) for of_env in finished]
+    return Evaluation(step_dt_s, episodes, {key: _merged(key, pairs) for key, pairs in logs.items()})
 
 
 def _merged(key: str, pairs: list[tuple[float, float]]) -> float:

@@ -2,7 +2,8 @@
 
 There is one vocabulary: Isaac Lab's names for what the environment logs (``Episode_Reward/<term>``,
 ``Episode_Termination/<term>``, ``Curriculum/<term>``, ``Metrics/<name>``), and rsl_rl's names for the learner's
-(``Loss/...``, ``Policy/...``, ``Perf/...``, ``Train/...``). ``docs/logging.md`` lists every scalar.
+(``Loss/...``, ``Policy/...``, ``Perf/...``, ``Train/...``). ``Evaluation/...`` is ours. ``docs/logging.md`` lists every
+scalar.
 """
 
 from __future__ import annotations
@@ -106,6 +107,7 @@ def in_order(tags: Iterable[str]) -> list[str]:
 GROUPS: dict[str, str] = {
     "Train": "Reward and length of episodes",
     "Metrics": "Metrics of the task",
+    "Evaluation": "Evaluation on held-out starts",
     "Episode_Reward": "Reward terms",
     "Episode_Termination": "Why episodes end",
     "Curriculum": "Curriculum",

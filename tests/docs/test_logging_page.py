@@ -10,8 +10,10 @@ import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from lift_lab.envs import ManagerBasedRLEnv
-from lift_lab_rl.rsl_rl import RslRlRndCfg, RslRlSymmetryCfg, RslRlVecEnvWrapper, to_rsl_rl
+from lift_lab_rl.evaluation import Episode, Evaluation
+from lift_lab_rl.rsl_rl import RslRlEvaluationCfg, RslRlRndCfg, RslRlSymmetryCfg, RslRlVecEnvWrapper, to_rsl_rl
 from lift_lab_rl.rsl_rl.runner import LiftLabRunner
+from lift_lab_rl.rsl_rl.training_evaluation import TrainingEvaluation
 from lift_lab_rl.scalar_names import GROUPS, SB3_NAMES, SKRL_NAMES
 from lift_lab_rl.study.curves import read_scalars
 from lift_lab_tasks.manager_based.classic.cartpole.cartpole_env_cfg import CartpoleEnvCfg
@@ -82,7 +84,7 @@ def written(poles, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     threads = torch.get_num_threads()
     rsl_rl(poles, folder / "rsl_rl")
-    tags = {"rsl_rl": read_scalars(folder / "rsl_rl")}
+    tags = {"rsl_rl": read_scalars(folder / "rsl_rl") | evaluated()}
     for k, change in enumerate((curious, mirrored)):
         cfg = POINTS["AgentCfg"]()
         change(cfg)
@@ -94,6 +96,16 @@ def written(poles, tmp_path_factory):
         tags[library] = read_scalars(folder / library)
     torch.set_num_threads(threads)
     return SimpleNamespace(folder=folder, tags=tags)
+
+
+def evaluated():
+    """Scalars of an evaluation during a training."""
+    cfg = RslRlEvaluationCfg(from_success=None, max_share=1.0, episodes=1, consecutive=1).to_dict()
+    policy = SimpleNamespace(get_policy=lambda: torch.nn.Identity())
+    evaluation = TrainingEvaluation(cfg, policy, Points(), lambda: None, 20)
+    found = Evaluation(0.02, [Episode(1.0, 20, 1, "time_out")], {"Metrics/some": 1.0, "Metrics/physics/overflow": 0.0})
+    evaluation._evaluate = lambda: found
+    return evaluation.after_iteration(1, 20, None).scalars
 
 
 class Points(POINTS["PointEnv"]):

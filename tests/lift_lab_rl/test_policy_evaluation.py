@@ -73,6 +73,20 @@ def test_means_over_some_of_the_episodes_weigh_as_many():
     assert evaluate(Logs(lengths=[2, 2, 5], wins=[0, 0, 0]), lambda obs: None, 3).logs == {"Metrics/some": 4.0}
 
 
+def test_an_evaluation_can_end_after_a_round():
+    seen = []
+
+    def go_on(found):
+        seen.append([episode.length for episode in found.episodes])
+        return len(seen) < 2
+
+    result = evaluate(CountingEnv(lengths=[1, 10], wins=[0, 10]), lambda obs: None, 8, go_on)
+    assert seen == [[1, 10], [1, 10, 1, 10]]
+    assert [episode.length for episode in result.episodes] == seen[-1]
+    always = evaluate(CountingEnv(lengths=[1, 10], wins=[0, 10]), lambda obs: None, 3, lambda found: True)
+    assert [episode.length for episode in always.episodes] == [1, 10, 1]
+
+
 def test_a_policy_with_a_memory_forgets_at_the_end_of_an_episode():
     env, forgotten = CountingEnv(lengths=[2, 4], wins=[0, 0]), []
 

@@ -1,5 +1,6 @@
 """Several processes train one policy: the same bits on each, one writer, and an end that is clean or soon."""
 
+import dataclasses
 import filecmp
 import multiprocessing
 import os
@@ -20,8 +21,9 @@ from tensordict import TensorDict
 from lift_lab.app import cli
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl import distributed
+from lift_lab_rl.evaluation import Episode, Evaluation
 from lift_lab_rl.files import load_torch, save_torch
-from lift_lab_rl.rsl_rl import LiftLabRunner, to_rsl_rl
+from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlEvaluationCfg, to_rsl_rl
 from lift_lab_rl.rsl_rl.gaussian import log_normaliser
 from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
 
@@ -74,6 +76,29 @@ def train_and_interrupt_one(place, folder):
 
     LiftLabRunner.save = save_late
     train(place, folder, twice)
+
+
+def train_until_solved(place, folder):
+    """The main process's evaluations pass from iteration 2 on."""
+    cfg = RslRlEvaluationCfg(from_success=None, interval=1, max_share=1.0, episodes=10, consecutive=2)
+    runner = LiftLabRunner(
+        PointEnv(),
+        to_rsl_rl(AgentCfg(num_threads=1, evaluation=cfg)),
+        folder / "run",
+        place=place,
+        make_evaluation_env=int,
+    )
+    won, evaluations = Episode(1.0, 20, 1, "time_out"), []
+    lost = dataclasses.replace(won, success_step=0)
+
+    def evaluate():
+        evaluations.append(place.rank)
+        return Evaluation(0.02, [lost if len(evaluations) == 1 else won] * 10)
+
+    runner.evaluation._evaluate = evaluate
+    finished = runner.learn(4)
+    end = [finished, runner.solved, runner.current_learning_iteration, len(evaluations)]
+    save_torch(folder / f"end{place.rank}.pt", {"end": end})
 
 
 def train_and_kill_one(place, folder):
@@ -238,6 +263,12 @@ def test_a_signal_to_one_process_ends_all_after_the_same_iteration(tmp_path):
     assert statuses == [0, 0], errors
     assert [(end["iterations"], end["finished"]) for end in ends(tmp_path)] == [(2, False)] * SIZE
     assert (tmp_path / "run" / "model_2.pt").is_file()
+
+
+def test_the_main_process_evaluates_and_all_end_when_the_task_is_solved(tmp_path):
+    statuses, errors = together(tmp_path, train_until_solved)
+    assert statuses == [0, 0], errors
+    assert [end["end"] for end in ends(tmp_path)] == [[True, True, 3, 3], [True, True, 3, 0]]
 
 
 def test_a_process_whose_peer_died_ends_at_once_with_one_line(tmp_path):

@@ -7,6 +7,7 @@ from .distillation_cfg import (
     RslRlDistillationStudentTeacherCfg,
     RslRlDistillationStudentTeacherRecurrentCfg,
 )
+from .evaluation_cfg import RslRlEvaluationCfg
 from .export_metadata import policy_metadata
 from .exporter import export_policy_as_jit, export_policy_as_onnx
 from .ppo import LiftLabPPO
@@ -30,6 +31,7 @@ __all__ = [
     "RslRlDistillationRunnerCfg",
     "RslRlDistillationStudentTeacherCfg",
     "RslRlDistillationStudentTeacherRecurrentCfg",
+    "RslRlEvaluationCfg",
     "RslRlOnPolicyRunnerCfg",
     "RslRlPpoActorCriticCfg",
     "RslRlPpoActorCriticRecurrentCfg",

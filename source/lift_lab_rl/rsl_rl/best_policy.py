@@ -1,4 +1,7 @@
-"""The best policy of a training so far, by smoothed success first and smoothed reward second."""
+"""The best policy of a training so far: by smoothed success first and smoothed reward second.
+
+With evaluations during the training, by their success first and their error or reward second.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +26,7 @@ class BestPolicy:
 
     Attributes:
         rank: smoothed success and reward of the best policy; None before the first ranking.
+        evaluated: the same of the best evaluation; None before the first. From then on only evaluations count.
     """
 
     def __init__(self, success_metric: str | None = None):
@@ -33,6 +37,7 @@ class BestPolicy:
                 part starts with "success".
         """
         self.rank: tuple[float, float] | None = None
+        self.evaluated: tuple[float, float] | None = None
         self._metric = success_metric
         self._smoothed: dict[str, float] = {}
 
@@ -54,13 +59,24 @@ class BestPolicy:
             save: writes the policy; None for a process or a run that writes nothing.
         """
         before = self.rank
-        if save is None or not self.is_new(report.iteration):
+        if save is None or not self.is_new(report.iteration) or self.evaluated is not None:
             return
-        try:
-            save()
-        except FileError as error:
+        if not _saved(save):
             self.rank = before  # the next policy that is better than what is on the disk is written
-            print(f"warning: {error}; it is tried again with the next better policy", file=sys.stderr)
+
+    def update_evaluated(self, rank: tuple[float, float], save: Callable[[], None] | None) -> None:
+        """Save the policy if there never was a better evaluation.
+
+        Args:
+            rank: success and reward (or minus the error) of the policy in an evaluation.
+            save: writes the policy; None for a process or a run that writes nothing.
+        """
+        before = self.evaluated
+        if before is not None and rank <= before:
+            return
+        self.evaluated = rank
+        if save is not None and not _saved(save):
+            self.evaluated = before
 
     def success(self, terms: dict[str, float]) -> float | None:
         """The success rate among an iteration's logs."""
@@ -94,9 +110,21 @@ class BestPolicy:
 
     def state_dict(self) -> dict[str, Any]:
         """Return the state on which :meth:`is_new` depends, as plain values."""
-        return {"best": None if self.rank is None else list(self.rank), "smoothed": dict(self._smoothed)}
+        evaluated = {} if self.evaluated is None else {"best_evaluated": list(self.evaluated)}
+        return {"best": None if self.rank is None else list(self.rank), "smoothed": dict(self._smoothed), **evaluated}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Continue from a state that holds the entries of :meth:`state_dict`."""
         self.rank = None if state["best"] is None else tuple(state["best"])
+        self.evaluated = tuple(state["best_evaluated"]) if "best_evaluated" in state else None
         self._smoothed = dict(state["smoothed"])
+
+
+def _saved(save: Callable[[], None]) -> bool:
+    """Whether a policy could be written; warns if not."""
+    try:
+        save()
+    except FileError as error:
+        print(f"warning: {error}; it is tried again with the next better policy", file=sys.stderr)
+        return False
+    return True

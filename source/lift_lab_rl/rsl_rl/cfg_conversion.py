@@ -15,6 +15,7 @@ from rsl_rl.utils import resolve_callable, resolve_nn_activation
 
 from lift_lab.utils.errors import ConfigError, suggest
 
+from .evaluation_cfg import RslRlEvaluationCfg
 from .ppo import LiftLabPPO
 from .rl_cfg import RslRlOnPolicyRunnerCfg, RslRlPpoActorCriticCfg, RslRlPpoActorCriticRecurrentCfg
 from .time_outs import FINAL_OBS, PREVIOUS_OBS
@@ -78,7 +79,22 @@ def to_rsl_rl(cfg: RslRlOnPolicyRunnerCfg, obs_names: Iterable[Any] = ("policy",
         plain["actor"]["class_name"] = _symmetric_class(cfg.policy)
     plain["logger"] = _logger(cfg)
     plain["multi_gpu"] = None
+    _check_evaluation(cfg.evaluation)
     return plain
+
+
+def _check_evaluation(cfg: RslRlEvaluationCfg | None) -> None:
+    if cfg is None:
+        return
+    if (cfg.error_metric is None) != (cfg.max_error is None):
+        raise ConfigError(
+            "agent.evaluation: error_metric and max_error are the name and the limit of one error: give both or none"
+        )
+    if cfg.num_envs is not None and cfg.num_envs > cfg.episodes:
+        raise ConfigError(
+            f"agent.evaluation.num_envs is {cfg.num_envs}, more than the {cfg.episodes} episodes; "
+            f"give at most {cfg.episodes}"
+        )
 
 
 def _networks(policy: RslRlPpoActorCriticCfg, normalise_both: bool | None) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -120,6 +120,7 @@ def _check_content(content: dict[Any, Any]) -> None:
             _check_optimizer_form(name, content[name])
     infos = _mapping("infos", content.get("infos") or {})
     _check_counters("infos.env_state", _mapping("infos.env_state", infos.get("env_state") or {}))
+    _mapping("infos.solved", infos.get("solved") or {})
     rnd = _mapping("infos.rnd", infos.get("rnd") or {})
     for name in rnd:
         _check_number(f"infos.rnd.{name}", rnd[name])

@@ -56,6 +56,7 @@ def resume_state(runner: LiftLabRunner) -> dict[str, Any]:
         "memory": [_copied_to(network.get_hidden_state(), "cpu") for network in _networks(runner)],
         **({} if returns is None else {"curious_returns": _copied_to(returns.avg, "cpu")}),
         **runner.best.state_dict(),
+        **({} if runner.evaluation is None else {"evaluation": runner.evaluation.state_dict()}),
     }
 
 
@@ -92,6 +93,8 @@ def load_resume_state(runner: LiftLabRunner, checkpoint: str | Path) -> str:
     if returns is not None:
         returns.avg = _copied_to(state.get("curious_returns"), runner.device)
     runner.best.load_state_dict(state)
+    if runner.evaluation is not None and "evaluation" in state:
+        runner.evaluation.load_state_dict(state["evaluation"])
     _adopt_best(runner, Path(checkpoint).with_name(BEST))
     load_rng_state(state["rng"])
     runner.continues_exactly = True
@@ -210,6 +213,8 @@ def _check_state(runner: LiftLabRunner, state: dict[str, Any]) -> None:
     if not all(isinstance(text, str) for text in state["unsaved"]) or not isinstance(state["wrappers"], list):
         raise StateMismatchError("'unsaved' and 'wrappers' have to be lists")
     _check_best(state)
+    if runner.evaluation is not None and "evaluation" in state:
+        runner.evaluation.check_state_dict(state["evaluation"])
     check_rng_state(state["rng"])
 
 
@@ -218,6 +223,11 @@ def _check_best(state: dict[str, Any]) -> None:
         _check_number("best", number)
     if state["best"] is not None and len(state["best"]) != 2:
         raise StateMismatchError("'best' has to be two numbers")
+    if "best_evaluated" in state:
+        if len(state["best_evaluated"]) != 2:
+            raise StateMismatchError("'best_evaluated' has to be two numbers")
+        for number in state["best_evaluated"]:
+            _check_number("best_evaluated", number)
     for name, number in state["smoothed"].items():
         _check_number(f"smoothed.{name}", number)
 
@@ -247,14 +257,16 @@ def _curious_returns(runner: LiftLabRunner) -> Any:
 
 def _adopt_best(runner: LiftLabRunner, path: Path) -> None:
     """Copy the best policy of the run that is continued; without that file there is none to beat."""
-    if runner.best.rank is None or runner.log_dir is None or not runner.place.is_main:
+    best = runner.best
+    is_ranked = best.rank is not None or best.evaluated is not None
+    if not is_ranked or runner.log_dir is None or not runner.place.is_main:
         return
     try:
         known = checkpoint_iteration(path) <= runner.current_learning_iteration
     except (FileError, ConfigError):
         known = False
     if not known:
-        runner.best.rank = None
+        best.rank = best.evaluated = None
     elif path.resolve() != (runner.log_dir / path.name).resolve():
         write_atomically(runner.log_dir / path.name, path.read_bytes())
 

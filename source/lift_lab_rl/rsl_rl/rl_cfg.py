@@ -24,6 +24,7 @@ from lift_lab.utils.ranges import (
     Ranges,
 )
 
+from .evaluation_cfg import RslRlEvaluationCfg
 from .rnd_cfg import RslRlRndCfg
 from .symmetry_cfg import RslRlSymmetryCfg
 
@@ -259,6 +260,9 @@ class RslRlBaseRunnerCfg(ConfigBase):
     ``lift-lab play`` and ``lift-lab evaluate`` act with the average. 0: no average, they act with
     the last policy. Training itself never uses the average.
     """
+
+    evaluation: RslRlEvaluationCfg | None = None
+    """Evaluation during the training, which ends it once the task is solved (ours); None for none."""
 
     success_metric: str | None = None
     """Log key that ranks ``model_best.pt`` (ours). None takes ``Metrics/success_rate``; without that, the first key

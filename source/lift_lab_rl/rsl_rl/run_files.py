@@ -6,6 +6,7 @@ import contextlib
 import shlex
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl.distributed import Place
@@ -35,6 +36,19 @@ def checkpoint_iteration(path: str | Path) -> int:
         ConfigError: it is no checkpoint, or holds a number that is not finite.
     """
     return read_checkpoint(path)["iter"]
+
+
+def solved_by(path: str | Path) -> dict[str, Any] | None:
+    """Return the criteria by which the task of a checkpoint is solved; None if it is not.
+
+    Returns:
+        :meth:`~lift_lab_rl.rsl_rl.training_evaluation.TrainingEvaluation.criteria`.
+
+    Raises:
+        FileError: there is no such file, or it is damaged.
+        ConfigError: it is no checkpoint, or holds a number that is not finite.
+    """
+    return (read_checkpoint(path).get("infos") or {}).get("solved")
 
 
 class Readable:

@@ -174,6 +174,13 @@ class RunLogger:
             # A kill loses the running iteration at most.
             self.writer.flush()
 
+    def log_scalars(self, scalars: dict[str, float], iteration: int) -> None:
+        """Write further curves of an iteration."""
+        if self.writer is not None:
+            for tag, value in scalars.items():
+                self.writer.add_scalar(tag, value, iteration)
+            self.writer.flush()
+
     def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
         tags = {(key if "/" in key else f"Episode/{key}"): value for key, value in report.terms.items()}
         tags |= {f"Loss/{key}": value for key, value in losses.items()}

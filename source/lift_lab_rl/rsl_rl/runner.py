@@ -22,7 +22,7 @@ from rsl_rl.models import MLPModel
 from rsl_rl.utils import resolve_callable
 
 from lift_lab.app import output
-from lift_lab.utils.errors import FileError
+from lift_lab.utils.errors import ConfigError, FileError
 from lift_lab_rl import distributed
 from lift_lab_rl.files import canonical, save_torch
 from lift_lab_rl.fingerprint import Fingerprint
@@ -45,6 +45,7 @@ from .run_logger import RunLogger
 from .runner_checks import check_environment
 from .saving import CheckpointSaver
 from .time_outs import providing_final_obs
+from .training_evaluation import TrainingEvaluation
 from .vecenv_wrapper import RslRlVecEnvWrapper
 
 
@@ -61,6 +62,9 @@ class LiftLabRunner:
         alg: the algorithm.
         logger: curves.
         best: ranks policies for ``model_best.pt``.
+        evaluation: evaluates the policy during the training; None without ``agent.evaluation``. With several processes
+            only the main one evaluates.
+        solved: whether evaluations have found the task to be solved; this ends :meth:`learn`.
         guard: check for NaN and infinity; None if the configuration turns it off.
         current_learning_iteration: iterations finished (rsl_rl counts one less).
         total_steps: steps of environments, of all processes and all runs that this one continues; None before the
@@ -81,6 +85,7 @@ class LiftLabRunner:
         device: str = "cpu",
         fingerprint: str | Fingerprint = "",
         place: distributed.Place | None = None,
+        make_evaluation_env: Callable[[], Any] | None = None,
     ):
         """Build algorithm and logger.
 
@@ -91,6 +96,9 @@ class LiftLabRunner:
             device: device of the learner.
             fingerprint: a text that has to be the same for a run to continue with the same episodes, or the settings.
             place: this process's place among those of the running :func:`~lift_lab_rl.distributed.group`; None alone.
+            make_evaluation_env: makes the environment of the evaluations during the training
+                (:class:`~lift_lab_rl.rsl_rl.training_evaluation.TrainingEvaluation`); needed to
+                train with ``agent.evaluation``.
 
         Raises:
             ConfigError: the configuration does not fit the environment.
@@ -110,11 +118,20 @@ class LiftLabRunner:
         self.logger = RunLogger(self.cfg, getattr(env, "cfg", {}), env.num_envs, device, self._written_dir)
         self.best = BestPolicy(self.cfg.get("success_metric"))
         checked = self.cfg.get("check_for_nan", True)
+        self.evaluation = self._make_evaluation(make_evaluation_env)
+        self.solved = False
         self.guard = FiniteGuard(env, self.alg, self.shared_tensors()) if checked else None
         self.current_learning_iteration = 0
         self.total_steps: int | None = None
         self.continues_exactly = self.has_stepped = self.noted_unsaved = False
         self.stopped_by: int | None = None
+
+    def _make_evaluation(self, make_env: Callable[[], Any] | None) -> TrainingEvaluation | None:
+        cfg = self.cfg.get("evaluation")
+        if cfg is None or make_env is None:
+            return None
+        steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.place.world_size
+        return TrainingEvaluation(cfg, self.alg, self.env, make_env, self.cfg["max_iterations"] * steps)
 
     @property
     def _written_dir(self) -> Path | None:
@@ -138,22 +155,29 @@ class LiftLabRunner:
     ) -> bool:
         """Train, ending early but cleanly on Ctrl-C, SIGTERM, SIGHUP, or when output cannot be written any more.
 
+        With ``agent.evaluation``, training also ends once the task is solved (:attr:`solved`).
+
         Args:
-            num_learning_iterations: iterations to do.
+            num_learning_iterations: iterations to do, at most.
             init_at_random_ep_len: whether episodes start at random ages, so that they do not all end at once; has no
                 effect on a run that continues with its old episodes.
             progress: where to show progress; None shows nothing.
             on_iteration: called with the number of iterations finished after each of them.
 
         Returns:
-            Whether all iterations were done; if not, :attr:`stopped_by` is the signal that ended them.
+            Whether all iterations were done or the task is solved; if not, :attr:`stopped_by` is the signal that ended
+            them.
+
+        Raises:
+            ConfigError: ``agent.evaluation`` asks for evaluations, and the runner was given no environment for them.
         """
         total = self.current_learning_iteration + num_learning_iterations
         saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
         signals, signal, ended = StopSignals(self.place), None, False
+        self.solved = self.evaluation is not None and distributed.from_main(self.evaluation.solved)
         obs = self._start(init_at_random_ep_len)
         with self._running(signals, progress):
-            while self.current_learning_iteration < total and not ended:
+            while self.current_learning_iteration < total and not ended and not self.solved:
                 start = self._now()
                 obs = self._roll_out(obs)
                 rolled_out = self._now()
@@ -164,15 +188,19 @@ class LiftLabRunner:
                 signal = signals.agree()
                 if on_iteration is not None:
                     on_iteration(report.iteration)
-                is_saved = saver.after_iteration(report.iteration, total, signal)
+                is_saved = saver.after_iteration(report.iteration, report.iteration if self.solved else total, signal)
                 ended = is_saved and signal is not None
         self.logger.close()
-        finished = self.current_learning_iteration >= total
+        finished = self.solved or self.current_learning_iteration >= total
         self.stopped_by = None if finished else signal
         return finished
 
     def _start(self, init_at_random_ep_len: bool) -> Any:
         """Open the curves; returns the first observations."""
+        if self.cfg.get("evaluation") is not None and self.evaluation is None:
+            raise ConfigError(
+                "agent.evaluation needs an environment: give LiftLabRunner make_evaluation_env, or set it to null"
+            )
         env: Any = self.env
         if init_at_random_ep_len and not self.continues_exactly:
             env.episode_length_buf = torch.randint_like(env.episode_length_buf, high=int(env.max_episode_length))
@@ -190,7 +218,11 @@ class LiftLabRunner:
             progress if progress is not None else contextlib.nullcontext(),
             providing_final_obs(self.env, wants_final_obs),
         ):
-            yield
+            try:
+                yield
+            finally:
+                if self.evaluation is not None:
+                    self.evaluation.close()
 
     def _roll_out(self, obs: Any) -> Any:
         """Step the environment with the policy; returns the observations that the next rollout starts from."""
@@ -240,8 +272,24 @@ class LiftLabRunner:
         self.best.observe(report)
         self._begin_schedules(report)
         folder = self._written_dir
-        self.best.update(report, None if folder is None else lambda: self.save(str(folder / BEST)))
+        save_best = None if folder is None else lambda: self.save(str(folder / BEST))
+        self.best.update(report, save_best)
+        self._evaluate(report, save_best)
         return report
+
+    def _evaluate(self, report: IterationReport, save_best: Callable[[], None] | None) -> None:
+        """Evaluate the policy if it is time: curves, ``model_best.pt``, and whether the task is solved."""
+        if self.evaluation is None:
+            return
+        if self.place.is_main:
+            result = self.evaluation.after_iteration(report.iteration, report.total_steps, self.best.smoothed_success)
+            if result is not None:
+                self.logger.log_scalars(result.scalars, report.iteration)
+                report.notes.append(result.note)
+                self.best.update_evaluated(result.rank, save_best)
+        self.solved = distributed.from_main(self.evaluation.solved)
+        if self.solved:
+            report.notes.append(f"the task is solved: training ends after {report.iteration} iterations")
 
     def _begin_schedules(self, report: IterationReport) -> None:
         """Begin the algorithm's schedules where they wait for a success rate, with several processes the main one's."""
@@ -292,6 +340,8 @@ class LiftLabRunner:
             path: file.
             infos: more to keep; tensors and plain values.
         """
+        if self.evaluation is not None and self.evaluation.solved:
+            infos = {"solved": self.evaluation.criteria(), **(infos or {})}
         content = model_content(self.alg, self.env, self.current_learning_iteration, infos)
         save_torch(path, canonical(content))
 

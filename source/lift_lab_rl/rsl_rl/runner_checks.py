@@ -43,8 +43,15 @@ def check_environment(env: Any, cfg: dict[str, Any], device: str, saves: bool) -
     known = [] if inner is None else list(inner.extras.get("log", {}))
     if saves and metric is not None and known and metric not in known:
         raise ConfigError(f"agent.success_metric is '{metric}', which is not logged; {suggest(metric, known)}")
-    if cfg["algorithm"].get("anneal_at_success") is not None:
+    if saves and cfg["algorithm"].get("anneal_at_success") is not None:
         check_success_is_logged(env, cfg, "agent.algorithm.anneal_at_success")
+    evaluation = cfg.get("evaluation")
+    if saves and evaluation is not None:
+        if evaluation["from_success"] is not None:
+            check_success_is_logged(env, cfg, "agent.evaluation.from_success")
+        error, known = evaluation["error_metric"], [] if inner is None else inner.metrics_manager.log_names
+        if error is not None and error not in known:
+            raise ConfigError(f"agent.evaluation.error_metric: there is no metric '{error}'; {suggest(error, known)}")
     _check_symmetry(inner, cfg)
 
 

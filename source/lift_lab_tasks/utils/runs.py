@@ -48,7 +48,7 @@ _NO_MATTER = {
     "agent": {
         *("max_iterations", "save_interval", "keep_resume_states", "resume", "load_run", "load_checkpoint"),
         *("run_name", "experiment_name", "logger", "wandb_project", "neptune_project"),
-        *("num_threads", "success_metric", "check_for_nan"),
+        *("num_threads", "success_metric", "check_for_nan", "evaluation"),
     },
     "env": {"viewer", "log_dir", "export_io_descriptors", "sim.num_threads"},
 }

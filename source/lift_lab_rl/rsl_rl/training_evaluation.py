@@ -1,0 +1,235 @@
+"""Evaluation of the policy during a training, and the end of the training once the task is solved.
+
+The policy that would be shipped (the EMA where there is one) acts without noise, on starts of seeds that the training
+does not use, in environments of its own. These are built when they are first needed. The training's random numbers are
+put back afterwards, so its bits do not depend on evaluations. Whether an evaluation takes place depends on counts
+alone, never on time: a run that is continued ends at the same iteration.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+
+from lift_lab.utils.errors import ConfigError, StateMismatchError
+from lift_lab_rl.counters import counters, load_counters, manager_env
+from lift_lab_rl.episode_logs import FAILURES
+from lift_lab_rl.evaluation import Evaluation, evaluate
+from lift_lab_rl.random_state import load_rng_state, rng_state
+from lift_lab_rl.scalar_names import SUCCESS_RATE
+
+MOST_ENVS = 50
+"""Environments of an evaluation, unless their number is given: fewer steps are lost when the first ones fail."""
+
+
+def num_eval_envs(cfg: dict[str, Any]) -> int:
+    """Environments that run the episodes of an evaluation.
+
+    Args:
+        cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
+    """
+    return cfg["num_envs"] or min(cfg["episodes"], MOST_ENVS)
+
+
+def criteria(cfg: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings that say when a task is solved, as plain values.
+
+    Args:
+        cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
+    """
+    return {name: cfg[name] for name in ("episodes", "min_success", "error_metric", "max_error", "consecutive")}
+
+
+@dataclass
+class EvaluationResult:
+    """One evaluation."""
+
+    rank: tuple[float, float]
+    """Success rate, then minus the error, or the mean reward where no error is looked at."""
+    passed: bool
+    """Whether it has passed."""
+    scalars: dict[str, float]
+    """Curves, ``Evaluation/...``."""
+    note: str
+    """The result in words."""
+
+
+class TrainingEvaluation:
+    """Decides when the policy is evaluated, evaluates it, and says when the task is solved.
+
+    Attributes:
+        passes: evaluations in a row that have passed.
+        solved: whether enough of them have.
+        steps: environment steps of all evaluations so far.
+    """
+
+    def __init__(self, cfg: dict[str, Any], alg: Any, env: Any, make_env: Callable[[], Any], most_steps: int):
+        """Evaluate nothing yet.
+
+        Args:
+            cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
+            alg: the algorithm, whose policy is evaluated.
+            env: wrapped environment of the training.
+            make_env: makes the wrapped environment of the evaluations, with :func:`num_eval_envs` environments and a
+                configuration that went through :func:`~lift_lab_rl.evaluation.add_success_probe`.
+            most_steps: environment steps of the whole training, if it does not end early.
+
+        Raises:
+            ConfigError: the evaluations that decide do not fit into their share of these steps.
+        """
+        self._cfg, self._alg, self._training_env, self._make_env = cfg, alg, env, make_env
+        self._policy = copy.deepcopy(alg.get_policy()).eval()  # now: later the copy would hold what graphs refer to
+        self._env: Any = None
+        self._cost = -(-cfg["episodes"] // num_eval_envs(cfg)) * num_eval_envs(cfg) * int(env.max_episode_length)
+        self._allowed_failures = int((1.0 - cfg["min_success"]) * cfg["episodes"] + 1e-6)
+        needed, most = cfg["consecutive"] * self._cost, int(cfg["max_share"] * most_steps)
+        if needed > most:
+            raise ConfigError(
+                f"agent.evaluation.max_share is {cfg['max_share']:g}, {most:,} of the training's {most_steps:,} "
+                f"environment steps, but {cfg['consecutive']} evaluations of {cfg['episodes']} episodes need up to "
+                f"{needed:,}: evaluate fewer episodes, or set it to {math.ceil(1e3 * needed / most_steps) / 1e3:g}"
+            )
+        self._open_since: int | None = None
+        self._last: int | None = None
+        self.passes, self.steps = 0, 0
+
+    @property
+    def solved(self) -> bool:
+        """Whether as many evaluations in a row have passed as the task needs to count as solved."""
+        return self.passes >= self._cfg["consecutive"]
+
+    def after_iteration(self, iteration: int, total_steps: int, success: float | None) -> EvaluationResult | None:
+        """Evaluate the policy if it is time.
+
+        Args:
+            iteration: iterations finished.
+            total_steps: environment steps of the training so far.
+            success: smoothed success rate of the training's episodes; None while it is not known.
+
+        Returns:
+            The result; None if it is not time.
+
+        Raises:
+            NonFiniteError: an observation or a reward of an evaluation is infinite or NaN.
+        """
+        if not self._is_due(iteration, total_steps, success):
+            return None
+        self._last = iteration
+        start = time.perf_counter()
+        state = rng_state()
+        try:
+            found = self._evaluate()
+        finally:
+            load_rng_state(state)
+        result = self._judge(found, iteration)
+        result.scalars["Evaluation/time"] = time.perf_counter() - start
+        return result
+
+    def _is_due(self, iteration: int, total_steps: int, success: float | None) -> bool:
+        cfg = self._cfg
+        if self._open_since is None:
+            if cfg["from_success"] is not None and (success is None or success < cfg["from_success"]):
+                return False
+            self._open_since = iteration
+        return (
+            iteration >= self._open_since + cfg["start_after"]
+            and (self._last is None or iteration >= self._last + cfg["interval"])
+            and self.steps + self._cost <= cfg["max_share"] * total_steps
+        )
+
+    def _evaluate(self) -> Evaluation:
+        if self._env is None:
+            self._env = self._make_env()
+        env, alg = self._env, self._alg
+        average = getattr(alg, "ema", None)
+        self._policy.load_state_dict(alg.get_policy().state_dict() if average is None else average.state_dict())
+        self._policy.to(env.device).reset()
+        with torch.inference_mode():
+            env.seed(self._cfg["seed"] + self.passes)
+            env.reset()
+            load_counters(env.unwrapped, counters(manager_env(self._training_env)))
+            before = env.unwrapped.common_step_counter
+            found = evaluate(env, self._policy, self._cfg["episodes"], self._can_pass)
+        self.steps += (env.unwrapped.common_step_counter - before) * env.num_envs
+        return found
+
+    def _failures(self, found: Evaluation) -> int:
+        return sum(episode.success_step == 0 for episode in found.episodes)
+
+    def _error(self, found: Evaluation) -> float | None:
+        return found.logs.get(self._cfg["error_metric"])
+
+    def _is_exact(self, found: Evaluation) -> bool:
+        most, error = self._cfg["max_error"], self._error(found)
+        return most is None or (error is not None and error <= most)
+
+    def _can_pass(self, found: Evaluation) -> bool:
+        """Whether an evaluation of which these are the first rounds is worth to be continued."""
+        return self._failures(found) <= self._allowed_failures and self._is_exact(found)
+
+    def _judge(self, found: Evaluation, iteration: int) -> EvaluationResult:
+        cfg, count, failures, error = self._cfg, len(found.episodes), self._failures(found), self._error(found)
+        passed = failures <= self._allowed_failures and self._is_exact(found)
+        self.passes = self.passes + 1 if passed else 0
+        summary = found.summary()
+        scalars = {
+            "Evaluation/success_rate": found.success_rate(),
+            "Evaluation/episodes": float(count),
+            "Evaluation/mean_reward": summary["mean_reward"],
+            "Evaluation/mean_episode_length": summary["mean_episode_length"],
+        }
+        for key, value in found.logs.items():
+            if key.startswith("Metrics/") and key != SUCCESS_RATE and not key.startswith(FAILURES):
+                scalars[f"Evaluation/{key.removeprefix('Metrics/')}"] = value
+        end = f"passed ({self.passes} of {cfg['consecutive']})" if passed else "not passed"
+        of_error = "" if error is None else f", {cfg['error_metric']} {error:.4g}"
+        note = f"evaluation at iteration {iteration}: success {count - failures} of {count}{of_error}: {end}"
+        score = summary["mean_reward"] if error is None else -error
+        return EvaluationResult((found.success_rate(), score), passed, scalars, note)
+
+    def close(self) -> None:
+        """Close the environments of the evaluations; the next evaluation makes new ones."""
+        if self._env is not None:
+            self._env.close()
+            self._env = None
+
+    # -- continuing a run
+
+    def criteria(self) -> dict[str, Any]:
+        """Return the settings that say when the task is solved, as plain values."""
+        return criteria(self._cfg)
+
+    def state_dict(self) -> dict[str, Any]:
+        """State on which later evaluations depend, as plain values."""
+        return {
+            "criteria": self.criteria(),
+            "open_since": self._open_since,
+            "last": self._last,
+            "passes": self.passes,
+            "steps": self.steps,
+        }
+
+    def check_state_dict(self, state: Any) -> None:
+        """Check that a state can be loaded.
+
+        Raises:
+            StateMismatchError: it is none of :meth:`state_dict`.
+        """
+        if not isinstance(state, dict) or state.keys() != self.state_dict().keys():
+            raise StateMismatchError("'evaluation' has other entries")
+        counts = {name: value for name, value in state.items() if name != "criteria"}
+        for name, value in counts.items():
+            optional = name in ("open_since", "last") and value is None
+            if not optional and (type(value) is not int or value < 0):
+                raise StateMismatchError(f"'evaluation.{name}' holds {value!r}, which is no count")
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Continue from a state of :meth:`state_dict`; passes count only where they were of the same criteria."""
+        self._open_since, self._last, self.steps = state["open_since"], state["last"], state["steps"]
+        self.passes = state["passes"] if state["criteria"] == self.criteria() else 0
