@@ -36,11 +36,17 @@ def make():
     """Makes runners of cart-poles with episodes of 12 steps; a folder, and settings of the evaluation or None."""
     runners = []
 
-    def build(folder, evaluation, average_share=0.0):
+    def build(folder, evaluation, average_share=0.0, engine="native"):
         overrides = [f"env.scene.num_envs={ENVS}", "env.episode_length_s=0.2", f"agent.average_share={average_share}"]
         overrides += [f"agent.num_steps_per_env={STEPS}", "agent.max_iterations=8", "agent.save_interval=1"]
         overrides += ["agent.keep_resume_states=9"]
-        overrides += ["env.sim.device=cpu", "env.sim.num_threads=1", "env.seed=4", "agent.seed=4"]
+        overrides += [
+            f"env.sim.physics={engine}",
+            "env.sim.device=cpu",
+            "env.sim.num_threads=1",
+            "env.seed=4",
+            "agent.seed=4",
+        ]
         overrides += [f"agent.evaluation.{name}={value}" for name, value in (evaluation or {}).items()]
         settings = Settings("Cartpole", "rsl_rl_cfg_entry_point", overrides)
         settings.resolve(training=True)
@@ -73,9 +79,10 @@ def end(folder, iteration):
     return (folder / f"model_{iteration}.pt").read_bytes(), torch.cat(list(state["obs"].values())), state["rng"], kept
 
 
-def test_a_training_has_the_same_bits_with_and_without_evaluations(tmp_path, make):
-    assert make(tmp_path / "off", None).learn(5)
-    with_evaluations = make(tmp_path / "on", EARLY | {"consecutive": 6})
+@pytest.mark.parametrize("engine", ["native", pytest.param("warp", marks=pytest.mark.slow)])
+def test_a_training_has_the_same_bits_with_and_without_evaluations(tmp_path, make, engine):
+    assert make(tmp_path / "off", None, engine=engine).learn(5)
+    with_evaluations = make(tmp_path / "on", EARLY | {"consecutive": 6}, engine=engine)
     assert with_evaluations.learn(5)
     assert with_evaluations.evaluation.passes == 3
     off, on = end(tmp_path / "off", 5), end(tmp_path / "on", 5)

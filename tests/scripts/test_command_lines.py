@@ -229,3 +229,28 @@ def test_flags_of_isaac_lab_without_effect_are_named(script):
     status, _, err = script("rsl_rl/train.py", "--task", "nothing", *flags)
     assert status == 2
     assert err.splitlines()[0] == "no effect here: --enable_cameras, --disable_fabric (there is no Omniverse)"
+
+
+def test_a_training_ends_when_its_task_is_solved_and_a_flag_trains_on(script, place):
+    flags = ["--task", "Cartpole", "--device", "cpu", "--num_threads", 1, "--num_envs", 8, "--run_name", "solved"]
+    flags += ["--seed", 3, "--max_iterations", 9, "env.episode_length_s=0.2"]
+    early = [f"agent.evaluation.{name}" for name in ("from_success=null", "min_success=0", "max_share=1", "episodes=4")]
+    status, out, _ = script("rsl_rl/train.py", *flags, *early, "agent.evaluation.interval=1")
+    assert status == 0
+    assert "evaluation at iteration 2: success" in out
+    assert "the task is solved: training ends after 2 iterations" in out
+    assert "finished after 2 iterations, the task is solved: " in out
+    (run,) = (place / "logs" / "rsl_rl" / "cartpole").glob("*_solved")
+    assert {"model_2.pt", "resume_state_2.pt", "model_best.pt"} <= {path.name for path in run.iterdir()}
+
+    status, _, err = script("rsl_rl/train.py", *flags, "--resume", *early)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "train on with --no_evaluation" in err
+    status, out, _ = script("rsl_rl/train.py", *flags, "--resume", "--no_evaluation", "--max_iterations", 3)
+    assert status == 0
+    assert "continuing the episodes of iteration 2" in out
+    status, _, err = script("rsl_rl/train.py", *flags, "--no_evaluation", "agent.evaluation.episodes=4")
+    assert (status, err.count("\n")) == (2, 1)
+    status, _, err = script("sb3/train.py", "--task", "Cartpole", "--no_evaluation")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "'--no_evaluation'" in err
