@@ -40,10 +40,6 @@ class RslRl(Library):
         name: (f"agent.{name}",) for name in ("experiment_name", "run_name", "max_iterations", "load_run", "logger")
     }
 
-    evaluation_env_cfg: Any = None
-    """Configuration of the environments that evaluate the policy during a training; None without ``agent.evaluation``.
-    """
-
     def add_training_flags(self, parser: Parser) -> None:
         parser.add_argument(
             "--max_iterations", type=positive, default=None, help="iterations of the whole run, at most"
@@ -103,8 +99,6 @@ class RslRl(Library):
                 cfg.num_threads = place.num_threads() if cfg.num_threads is None else cfg.num_threads
         settings.resolve(training)
         settings.env.sim.device, agent.device = place.device(settings.env.sim.device), place.device(agent.device)
-        if training and agent.evaluation is not None:
-            self.evaluation_env_cfg = evaluation_env_cfg(settings)
         return settings
 
     # -- runs
@@ -145,7 +139,7 @@ class RslRl(Library):
         return checkpoint
 
     def training(self, env: Any, run: Run) -> Training:
-        return _Training(env, run, self.evaluation_env_cfg)
+        return _Training(env, run)
 
     def find_policy(self, settings: Settings, args: argparse.Namespace) -> Path:
         return find_policy(settings, args)
@@ -217,50 +211,22 @@ def make_runner(env: Any, agent: Any, *more: Any) -> tuple[Any, Any]:
     return wrapped, LiftLabRunner(wrapped, cfg, folder, agent.device, *others)
 
 
-def evaluation_env_cfg(settings: Settings) -> Any:
-    """Configuration of the environments that evaluate the policy during a training.
-
-    Args:
-        settings: resolved settings with ``agent.evaluation``; not changed.
-
-    Raises:
-        ConfigError: the task does not say what success is.
-    """
-    from lift_lab.utils.errors import ConfigError
-    from lift_lab_rl.evaluation import add_success_probe
-    from lift_lab_rl.rsl_rl.training_evaluation import num_eval_envs
-    from lift_lab_tasks.utils import task_kwargs
-
-    evaluation = settings.agent.evaluation.to_dict()
-    cfg = settings.evaluation_env(num_eval_envs(evaluation), evaluation["seed"])
-    try:
-        add_success_probe(cfg, task_kwargs(settings.task).get("success"))
-    except ConfigError as error:
-        raise ConfigError(f"agent.evaluation: {error}; or train with --no_evaluation") from error
-    return cfg
-
-
 class _Training(Training):
-    def __init__(self, env: Any, run: Run, evaluation_cfg: Any):
-        self.run, self.evaluation_cfg = run, evaluation_cfg
-        agent = run.settings.agent
-        _, self.runner = make_runner(env, agent, run.folder, run.fingerprint, run.place, self.evaluation_env)
-
-    def evaluation_env(self) -> Any:
-        """The wrapped environment of evaluations during the training."""
-        import gymnasium as gym
-
-        from lift_lab_rl.rsl_rl import RslRlVecEnvWrapper
-
-        settings = self.run.settings
-        env = gym.make(settings.task, cfg=self.evaluation_cfg.copy())
-        return RslRlVecEnvWrapper(env, clip_actions=settings.agent.clip_actions)
+    def __init__(self, env: Any, run: Run):
+        self.run = run
+        _, self.runner = make_runner(env, run.settings.agent, run.folder, run.fingerprint, run.place)
 
     def begin(self, say: Callable[[str], None]) -> None:
+        from lift_lab.utils.errors import ConfigError
         from lift_lab_tasks.utils.runs import note_annealing, note_other_task
 
         checkpoint, settings = self.run.checkpoint, self.run.settings
         note_annealing(settings.agent, settings.given, say)
+        too_short = None if self.runner.evaluation is None else self.runner.evaluation.too_short()
+        if too_short is not None and settings.given("agent.evaluation", below=True):
+            raise ConfigError(too_short)
+        if too_short is not None:
+            say(too_short)
         if checkpoint is not None:
             note_other_task(checkpoint, settings.task, say)
             self.runner.load(str(checkpoint))

@@ -92,7 +92,7 @@ class Settings:
             ConfigError: no such device, a setting is outside of its range, or a name cannot be a run's.
         """
         if not training:
-            self._leave_out_training_only(self.env)
+            self._leave_out_training_only()
         self.env.sim.device = resolve_device(self.env.sim.device)
         if not self.given("env.scene.num_envs"):
             self.env.scene.num_envs = num_envs or num_envs_for_device(self.task, self.env)
@@ -104,19 +104,6 @@ class Settings:
             self.agent.device = resolve_device(self.agent.device)
             validate(self.agent, "agent")
             check_run_names(self.agent)
-
-    def evaluation_env(self, num_envs: int, seed: int) -> Any:
-        """Copy of the resolved environment configuration to judge a policy by, without aids of training.
-
-        Args:
-            num_envs: its environments.
-            seed: its seed.
-        """
-        env = self.env.copy()
-        self._leave_out_training_only(env)
-        env.scene.num_envs, env.seed = num_envs, seed
-        env.recorders, env.log_dir, env.export_io_descriptors = None, None, False
-        return env
 
     @property
     def seed(self) -> int | None:
@@ -158,10 +145,10 @@ class Settings:
         else:
             self.env.seed = seed
 
-    def _leave_out_training_only(self, env: Any) -> None:
+    def _leave_out_training_only(self) -> None:
         from lift_lab.managers import CurriculumTermCfg
 
-        curriculum = getattr(env, "curriculum", None) or {}
+        curriculum = getattr(self.env, "curriculum", None) or {}
         terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
         for name, term in terms.items():
             left_out = isinstance(term, CurriculumTermCfg) and term.training_only

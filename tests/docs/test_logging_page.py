@@ -102,7 +102,7 @@ def evaluated():
     """Scalars of an evaluation during a training."""
     cfg = RslRlEvaluationCfg(from_success=None, max_share=1.0, episodes=1, consecutive=1).to_dict()
     policy = SimpleNamespace(get_policy=lambda: torch.nn.Identity())
-    evaluation = TrainingEvaluation(cfg, policy, Points(), lambda: None, 20)
+    evaluation = TrainingEvaluation(cfg, policy, Points(), None, 20)
     found = Evaluation(0.02, [Episode(1.0, 20, 1, "time_out")], {"Metrics/some": 1.0, "Metrics/physics/overflow": 0.0})
     evaluation._evaluate = lambda: found
     return evaluation.after_iteration(1, 20, None).scalars

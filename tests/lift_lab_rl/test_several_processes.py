@@ -26,6 +26,7 @@ from lift_lab_rl.files import load_torch, save_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlEvaluationCfg, to_rsl_rl
 from lift_lab_rl.rsl_rl.gaussian import log_normaliser
 from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
+from lift_lab_rl.rsl_rl.training_evaluation import TrainingEvaluation
 
 TRAIN = Path(__file__).parents[2] / "scripts" / "rsl_rl" / "train.py"
 SIZE = 2
@@ -81,13 +82,8 @@ def train_and_interrupt_one(place, folder):
 def train_until_solved(place, folder):
     """The main process's evaluations pass from iteration 2 on."""
     cfg = RslRlEvaluationCfg(from_success=None, interval=1, max_share=1.0, episodes=10, consecutive=2)
-    runner = LiftLabRunner(
-        PointEnv(),
-        to_rsl_rl(AgentCfg(num_threads=1, evaluation=cfg)),
-        folder / "run",
-        place=place,
-        make_evaluation_env=int,
-    )
+    runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg(num_threads=1)), folder / "run", place=place)
+    runner.evaluation = TrainingEvaluation(cfg.to_dict(), runner.alg, runner.env, None, 10**6)
     won, evaluations = Episode(1.0, 20, 1, "time_out"), []
     lost = dataclasses.replace(won, success_step=0)
 

@@ -9,15 +9,16 @@ from point_task import AgentCfg, PointEnv
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.utils.errors import ConfigError
-from lift_lab_cli.rsl_rl_library import evaluation_env_cfg
-from lift_lab_rl.evaluation import Episode, Evaluation, evaluate
+from lift_lab_rl.evaluation import Episode, Evaluation, add_success_probe, evaluate
 from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlEvaluationCfg, RslRlVecEnvWrapper, to_rsl_rl
 from lift_lab_rl.rsl_rl.run_files import solved_by
-from lift_lab_rl.rsl_rl.training_evaluation import TrainingEvaluation
+from lift_lab_rl.rsl_rl.training_evaluation import TrainingEvaluation, evaluation_env_cfg
 from lift_lab_rl.study.curves import read_scalars
 from lift_lab_rl.threads import use_one_torch_thread
+from lift_lab_tasks.manager_based.classic.cartpole.mdp import pole_balanced
 from lift_lab_tasks.settings import Settings
+from lift_lab_tasks.utils import parse_env_cfg
 from lift_lab_tasks.utils.runs import fingerprint
 
 ENVS, STEPS = 8, 8
@@ -50,16 +51,10 @@ def make():
         overrides += [f"agent.evaluation.{name}={value}" for name, value in (evaluation or {}).items()]
         settings = Settings("Cartpole", "rsl_rl_cfg_entry_point", overrides)
         settings.resolve(training=True)
-        cfg = evaluation_env_cfg(settings) if evaluation else None
         env = RslRlVecEnvWrapper(gym.make("Cartpole", cfg=settings.env))
-
-        def evaluation_env():
-            return RslRlVecEnvWrapper(gym.make("Cartpole", cfg=cfg.copy()))
-
         plain = to_rsl_rl(settings.agent, env.get_observations().keys())
         same = fingerprint(settings.env, settings.agent)
-        runners.append(LiftLabRunner(env, plain, folder, "cpu", same, make_evaluation_env=evaluation_env))
-        runners[-1].evaluation_env = evaluation_env
+        runners.append(LiftLabRunner(env, plain, folder, "cpu", same))
         return runners[-1]
 
     yield build
@@ -137,7 +132,10 @@ def test_an_evaluation_measures_the_policy_that_ships_as_the_evaluate_command_do
     assert [iteration for iteration, _ in found] == [2]
 
     alone = make(tmp_path / "alone", settings, average_share=0.9)
-    env = alone.evaluation_env()
+    cfg = parse_env_cfg("Cartpole", "cpu", 6)
+    cfg.episode_length_s = 0.2
+    add_success_probe(cfg, pole_balanced)
+    env = RslRlVecEnvWrapper(gym.make("Cartpole", cfg=cfg))
     alone.load_policy(str(tmp_path / "model_2.pt"))
     env.seed(77)
     env.reset()
@@ -161,7 +159,7 @@ class Evaluations(TrainingEvaluation):
     def __init__(self, results=(), most_steps=10**6, **settings):
         cfg = RslRlEvaluationCfg(episodes=10, max_share=0.5, **settings).to_dict()
         env, alg = SimpleNamespace(max_episode_length=10), SimpleNamespace(get_policy=lambda: torch.nn.Linear(1, 1))
-        super().__init__(cfg, alg, env, lambda: None, most_steps)
+        super().__init__(cfg, alg, env, None, most_steps)
         self.results = list(results)
 
     def _evaluate(self):
@@ -224,11 +222,12 @@ def test_settings_that_could_not_work_are_refused(settings, message):
         to_rsl_rl(AgentCfg(evaluation=RslRlEvaluationCfg(**settings)))
 
 
-def test_evaluations_that_do_not_fit_into_their_share_are_refused():
-    with pytest.raises(
-        ConfigError, match=r"is 0.5, 150 of the training's 301 .* need up to 200: .* or set it to 0.665"
-    ):
-        Evaluations(most_steps=301)
+def test_a_training_that_is_too_short_to_end_early_says_so():
+    assert Evaluations(most_steps=400).too_short() is None
+    assert Evaluations(most_steps=301).too_short() == (
+        "agent.evaluation: this training cannot end early: 2 evaluations of 10 episodes need up to 200 environment "
+        "steps, and max_share=0.5 of 301 is less; max_share=0.665 is enough"
+    )
 
 
 def test_a_metric_that_is_not_there_is_named(tmp_path, make):
@@ -237,15 +236,26 @@ def test_a_metric_that_is_not_there_is_named(tmp_path, make):
         make(tmp_path, wrong)
 
 
-def test_a_task_without_success_cannot_be_evaluated(monkeypatch):
-    monkeypatch.setattr("lift_lab_tasks.utils.task_kwargs", lambda task: {})
-    settings = Settings("Cartpole", "rsl_rl_cfg_entry_point", ["env.metrics=null", "agent.evaluation.episodes=4"])
-    settings.resolve(training=True)
+def test_a_task_without_success_cannot_be_evaluated(make):
+    runner = make(None, EARLY)
+    inner = runner.env.unwrapped
+    inner.cfg.metrics, inner.spec = None, None
     with pytest.raises(ConfigError, match=r"agent\.evaluation: this task does not say .*--no_evaluation"):
-        evaluation_env_cfg(settings)
+        runner.learn(1)
 
 
-def test_a_runner_without_an_environment_for_evaluations_says_so():
+def test_aids_of_training_are_left_out_of_evaluations():
+    cfg = parse_env_cfg("Lift-Cube-Franka-CL", "cpu", 2)
+    env = RslRlVecEnvWrapper(gym.make("Lift-Cube-Franka-CL", cfg=cfg))
+    own = evaluation_env_cfg(env, RslRlEvaluationCfg(episodes=20, num_envs=8, seed=9).to_dict())
+    assert (own.curriculum.missed_goals, own.curriculum.gripper_hold) == (None, None)
+    assert own.curriculum.action_rate is not None
+    assert (own.scene.num_envs, own.seed) == (8, 9)
+    assert (cfg.scene.num_envs, cfg.curriculum.missed_goals is None) == (2, False)
+    env.close()
+
+
+def test_an_environment_of_another_kind_cannot_be_evaluated():
     runner = LiftLabRunner(PointEnv(), to_rsl_rl(AgentCfg(evaluation=RslRlEvaluationCfg())))
-    with pytest.raises(ConfigError, match="make_evaluation_env"):
+    with pytest.raises(ConfigError, match="manager-based"):
         runner.learn(1)

@@ -14,6 +14,7 @@ ENGINE = ("physics", "search for failures", "resets: kinematics")
 
 def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]]:
     """(object, method, name of the part, or its names by the part that calls it), for rsl_rl's runner."""
+    from lift_lab_rl.rsl_rl import ppo
     from lift_lab_rl.rsl_rl.mlp_gradients import AutogradMlp, EluMlp
 
     algorithm, logger, guard = runner.alg, runner.logger, runner.guard
@@ -38,7 +39,7 @@ def training_parts(runner: Any) -> list[tuple[Any, str, str | Mapping[str, str]]
         (algorithm, "_value_loss", "update: loss"),
         (algorithm, "_clip", "update: clipping"),
         (algorithm.optimizer, "step", "update: optimizer"),
-        (algorithm, "_update_normalization", "update: normalisation"),
+        (ppo, "update_normalization", "update: normalisation"),
         *((kind, "forward", {**parts, "": "update: forward"}) for kind in (EluMlp, AutogradMlp)),
         *((kind, "backward", "update: backward") for kind in (EluMlp, AutogradMlp)),
     ]
@@ -56,7 +57,7 @@ def profile_training(env: Any, agent_cfg: Any, iterations: int) -> dict[str, flo
 
     from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
 
-    agent_cfg.num_threads = 1
+    agent_cfg.num_threads, agent_cfg.evaluation = 1, None
     with torch.inference_mode():  # in which the environment has been stepped
         wrapped = RslRlVecEnvWrapper(env, clip_actions=agent_cfg.clip_actions)
     runner = LiftLabRunner(wrapped, to_rsl_rl(agent_cfg, wrapped.get_observations().keys()), device="cpu")

@@ -45,7 +45,7 @@ from .run_logger import RunLogger
 from .runner_checks import check_environment
 from .saving import CheckpointSaver
 from .time_outs import providing_final_obs
-from .training_evaluation import TrainingEvaluation
+from .training_evaluation import TrainingEvaluation, evaluation_env_cfg
 from .vecenv_wrapper import RslRlVecEnvWrapper
 
 
@@ -85,7 +85,6 @@ class LiftLabRunner:
         device: str = "cpu",
         fingerprint: str | Fingerprint = "",
         place: distributed.Place | None = None,
-        make_evaluation_env: Callable[[], Any] | None = None,
     ):
         """Build algorithm and logger.
 
@@ -96,9 +95,6 @@ class LiftLabRunner:
             device: device of the learner.
             fingerprint: a text that has to be the same for a run to continue with the same episodes, or the settings.
             place: this process's place among those of the running :func:`~lift_lab_rl.distributed.group`; None alone.
-            make_evaluation_env: makes the environment of the evaluations during the training
-                (:class:`~lift_lab_rl.rsl_rl.training_evaluation.TrainingEvaluation`); needed to
-                train with ``agent.evaluation``.
 
         Raises:
             ConfigError: the configuration does not fit the environment.
@@ -118,7 +114,7 @@ class LiftLabRunner:
         self.logger = RunLogger(self.cfg, getattr(env, "cfg", {}), env.num_envs, device, self._written_dir)
         self.best = BestPolicy(self.cfg.get("success_metric"))
         checked = self.cfg.get("check_for_nan", True)
-        self.evaluation = self._make_evaluation(make_evaluation_env)
+        self.evaluation = None if log_dir is None else self._make_evaluation()  # without a folder: when it trains
         self.solved = False
         self.guard = FiniteGuard(env, self.alg, self.shared_tensors()) if checked else None
         self.current_learning_iteration = 0
@@ -126,12 +122,17 @@ class LiftLabRunner:
         self.continues_exactly = self.has_stepped = self.noted_unsaved = False
         self.stopped_by: int | None = None
 
-    def _make_evaluation(self, make_env: Callable[[], Any] | None) -> TrainingEvaluation | None:
+    def _make_evaluation(self) -> TrainingEvaluation | None:
         cfg = self.cfg.get("evaluation")
-        if cfg is None or make_env is None:
+        if cfg is None:
             return None
+        if not isinstance(self.env, RslRlVecEnvWrapper):
+            raise ConfigError(
+                "agent.evaluation needs a manager-based environment in an RslRlVecEnvWrapper; set it to null"
+            )
         steps = self.cfg["num_steps_per_env"] * self.env.num_envs * self.place.world_size
-        return TrainingEvaluation(cfg, self.alg, self.env, make_env, self.cfg["max_iterations"] * steps)
+        env_cfg = evaluation_env_cfg(self.env, cfg)
+        return TrainingEvaluation(cfg, self.alg, self.env, env_cfg, self.cfg["max_iterations"] * steps)
 
     @property
     def _written_dir(self) -> Path | None:
@@ -169,11 +170,14 @@ class LiftLabRunner:
             them.
 
         Raises:
-            ConfigError: ``agent.evaluation`` asks for evaluations, and the runner was given no environment for them.
+            ConfigError: ``agent.evaluation`` asks for evaluations of a task that does not say what success is, or of an
+                environment that is not manager-based.
         """
         total = self.current_learning_iteration + num_learning_iterations
         saver = CheckpointSaver(self._save_checkpoint, self.cfg["save_interval"], self.place.is_main)
         signals, signal, ended = StopSignals(self.place), None, False
+        if self.evaluation is None:
+            self.evaluation = self._make_evaluation()
         self.solved = self.evaluation is not None and distributed.from_main(self.evaluation.solved)
         obs = self._start(init_at_random_ep_len)
         with self._running(signals, progress):
@@ -197,10 +201,6 @@ class LiftLabRunner:
 
     def _start(self, init_at_random_ep_len: bool) -> Any:
         """Open the curves; returns the first observations."""
-        if self.cfg.get("evaluation") is not None and self.evaluation is None:
-            raise ConfigError(
-                "agent.evaluation needs an environment: give LiftLabRunner make_evaluation_env, or set it to null"
-            )
         env: Any = self.env
         if init_at_random_ep_len and not self.continues_exactly:
             env.episode_length_buf = torch.randint_like(env.episode_length_buf, high=int(env.max_episode_length))

@@ -11,18 +11,20 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import torch
 
+from lift_lab.managers import CurriculumTermCfg
 from lift_lab.utils.errors import ConfigError, StateMismatchError
 from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.episode_logs import FAILURES
-from lift_lab_rl.evaluation import Evaluation, evaluate
+from lift_lab_rl.evaluation import Evaluation, add_success_probe, evaluate
 from lift_lab_rl.random_state import load_rng_state, rng_state
 from lift_lab_rl.scalar_names import SUCCESS_RATE
+
+from .vecenv_wrapper import RslRlVecEnvWrapper
 
 MOST_ENVS = 50
 """Environments of an evaluation, unless their number is given: fewer steps are lost when the first ones fail."""
@@ -44,6 +46,32 @@ def criteria(cfg: dict[str, Any]) -> dict[str, Any]:
         cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
     """
     return {name: cfg[name] for name in ("episodes", "min_success", "error_metric", "max_error", "consecutive")}
+
+
+def evaluation_env_cfg(env: RslRlVecEnvWrapper, cfg: dict[str, Any]) -> Any:
+    """Return the configuration of the environments that evaluate a policy: the training's, without aids of training.
+
+    Args:
+        env: wrapped environment of the training.
+        cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
+
+    Raises:
+        ConfigError: the task does not say what success is.
+    """
+    inner = env.unwrapped
+    own: Any = inner.cfg.copy()
+    own.scene.num_envs, own.seed = num_eval_envs(cfg), cfg["seed"]
+    own.recorders, own.log_dir, own.export_io_descriptors = None, None, False
+    curriculum = getattr(own, "curriculum", None) or {}
+    terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
+    for name, term in terms.items():
+        if isinstance(term, CurriculumTermCfg) and term.training_only:
+            terms[name] = None
+    try:
+        add_success_probe(own, None if inner.spec is None else inner.spec.kwargs.get("success"))
+    except ConfigError as error:
+        raise ConfigError(f"agent.evaluation: {error}; or train with --no_evaluation") from error
+    return own
 
 
 @dataclass
@@ -69,32 +97,22 @@ class TrainingEvaluation:
         steps: environment steps of all evaluations so far.
     """
 
-    def __init__(self, cfg: dict[str, Any], alg: Any, env: Any, make_env: Callable[[], Any], most_steps: int):
+    def __init__(self, cfg: dict[str, Any], alg: Any, env: Any, env_cfg: Any, most_steps: int):
         """Evaluate nothing yet.
 
         Args:
             cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
             alg: the algorithm, whose policy is evaluated.
             env: wrapped environment of the training.
-            make_env: makes the wrapped environment of the evaluations, with :func:`num_eval_envs` environments and a
-                configuration that went through :func:`~lift_lab_rl.evaluation.add_success_probe`.
+            env_cfg: what :func:`evaluation_env_cfg` returns.
             most_steps: environment steps of the whole training, if it does not end early.
-
-        Raises:
-            ConfigError: the evaluations that decide do not fit into their share of these steps.
         """
-        self._cfg, self._alg, self._training_env, self._make_env = cfg, alg, env, make_env
+        self._cfg, self._alg, self._training_env, self._env_cfg = cfg, alg, env, env_cfg
         self._policy = copy.deepcopy(alg.get_policy()).eval()  # now: later the copy would hold what graphs refer to
         self._env: Any = None
         self._cost = -(-cfg["episodes"] // num_eval_envs(cfg)) * num_eval_envs(cfg) * int(env.max_episode_length)
         self._allowed_failures = int((1.0 - cfg["min_success"]) * cfg["episodes"] + 1e-6)
-        needed, most = cfg["consecutive"] * self._cost, int(cfg["max_share"] * most_steps)
-        if needed > most:
-            raise ConfigError(
-                f"agent.evaluation.max_share is {cfg['max_share']:g}, {most:,} of the training's {most_steps:,} "
-                f"environment steps, but {cfg['consecutive']} evaluations of {cfg['episodes']} episodes need up to "
-                f"{needed:,}: evaluate fewer episodes, or set it to {math.ceil(1e3 * needed / most_steps) / 1e3:g}"
-            )
+        self._most_steps = most_steps
         self._open_since: int | None = None
         self._last: int | None = None
         self.passes, self.steps = 0, 0
@@ -131,6 +149,17 @@ class TrainingEvaluation:
         result.scalars["Evaluation/time"] = time.perf_counter() - start
         return result
 
+    def too_short(self) -> str | None:
+        """Say why a training of this length cannot end early; None if it can."""
+        cfg, needed, steps = self._cfg, self._cfg["consecutive"] * self._cost, self._most_steps
+        if needed <= cfg["max_share"] * steps:
+            return None
+        return (
+            f"agent.evaluation: this training cannot end early: {cfg['consecutive']} evaluations of {cfg['episodes']} "
+            f"episodes need up to {needed:,} environment steps, and max_share={cfg['max_share']:g} of {steps:,} is "
+            f"less; max_share={math.ceil(1e3 * needed / steps) / 1e3:g} is enough"
+        )
+
     def _is_due(self, iteration: int, total_steps: int, success: float | None) -> bool:
         cfg = self._cfg
         if self._open_since is None:
@@ -145,7 +174,8 @@ class TrainingEvaluation:
 
     def _evaluate(self) -> Evaluation:
         if self._env is None:
-            self._env = self._make_env()
+            inner, clip = self._training_env.unwrapped, self._training_env.clip_actions
+            self._env = RslRlVecEnvWrapper(type(inner)(cfg=self._env_cfg.copy()), clip_actions=clip)
         env, alg = self._env, self._alg
         average = getattr(alg, "ema", None)
         self._policy.load_state_dict(alg.get_policy().state_dict() if average is None else average.state_dict())
