@@ -113,6 +113,9 @@ class MujocoCfg(ConfigBase):
     island: bool = True
     """Whether constraints that share no moving body are solved separately. This is faster where many bodies touch, and
     slower where all contacts belong to one group. The warp engine never does."""
+    warmstart: bool = True
+    """Whether the solver starts from the accelerations of the last step. The solution is the same up to the solver's
+    tolerance. Where contacts change from step to step, a fresh start can be faster (docs/performance.md)."""
     nconmax: int | None = None
     """Contacts an environment may have at once on the warp engine; None sizes it from the model."""
     njmax: int | None = None

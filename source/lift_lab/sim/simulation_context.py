@@ -268,6 +268,8 @@ class SimulationContext(Stateless):
             option.tolerance = mj.tolerance
         if not mj.eulerdamp:
             option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        if not mj.warmstart:
+            option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
         if not mj.island:
             option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 

@@ -47,15 +47,17 @@ def test_options_reach_the_model():
     cfg.mujoco.iterations = 7
     cfg.mujoco.impratio = 5.0
     cfg.mujoco.island = False
+    cfg.mujoco.warmstart = False
     option = _compile(cfg, thing=_shape(sim_utils.SphereCfg(radius=0.1, **_BODY))).opt
     assert option.timestep == 0.004
     np.testing.assert_allclose(option.gravity, [0, 1, -3])
     assert option.integrator == int(mujoco.mjtIntegrator.mjINT_IMPLICIT)
     assert option.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
     assert (option.iterations, option.impratio) == (7, 5.0)
-    assert option.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND.value
-    islands_by_default = _compile(thing=_shape(sim_utils.SphereCfg(radius=0.1, **_BODY))).opt
-    assert not islands_by_default.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND.value
+    off = mujoco.mjtDisableBit.mjDSBL_ISLAND.value | mujoco.mjtDisableBit.mjDSBL_WARMSTART.value
+    assert option.disableflags & off == off
+    by_default = _compile(thing=_shape(sim_utils.SphereCfg(radius=0.1, **_BODY))).opt
+    assert not by_default.disableflags & off
 
 
 @pytest.mark.parametrize(

@@ -203,5 +203,6 @@ class LiftEnvCfg(ManagerBasedRLEnvCfg):
         self.sim.mujoco.iterations = 10
         self.sim.mujoco.ls_iterations = 20
         self.sim.mujoco.island = False
+        self.sim.mujoco.warmstart = False
         self.viewer.eye = (1.7, 1.3, 0.9)
         self.viewer.lookat = (0.35, 0.0, 0.25)

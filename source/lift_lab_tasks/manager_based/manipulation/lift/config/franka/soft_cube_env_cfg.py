@@ -25,6 +25,7 @@ class FrankaSoftCubeLiftEnvCfg(joint_pos_env_cfg.FrankaCubeLiftEnvCfg):
             spawn=UsdFileCfg(usd_path=str(ASSETS_USD_DIR / "soft_cube.usda")),
         )
         self.sim.mujoco.integrator = "discrete"
+        self.sim.mujoco.warmstart = True  # not measured without
 
 
 @configclass
