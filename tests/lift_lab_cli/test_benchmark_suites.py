@@ -110,6 +110,16 @@ def test_a_measurement_has_its_parts_and_a_memory_that_does_not_grow(monkeypatch
     assert samples[-1][1] - samples[len(samples) // 5][1] < 2 * 2**20
 
 
+def test_the_gpu_suite_asks_for_a_gpu(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(sys, "argv", ["benchmark.py", "--suite=gpu", f"--json={tmp_path / 'gpu.json'}"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(SCRIPTS / "benchmark.py"), run_name="__main__")
+    assert ended.value.code == 2
+    assert "error: --suite gpu needs a GPU, and torch finds none here; --device cpu" in capsys.readouterr().err
+    assert not (tmp_path / "gpu.json").exists()
+
+
 @pytest.mark.slow
 def test_the_gpu_suite_runs_from_end_to_end_on_warps_cpu_device(monkeypatch, tmp_path):
     flags = ["--suite=gpu", "--device=cpu", "--sizes=2,4", "--steps=2", "--num_envs=4", "--train_seconds=60"]

@@ -75,7 +75,8 @@ def import_user_module(module: str) -> None:
     names = [info.name for info in pkgutil.iter_modules(getattr(sys.modules.get(package), "__path__", [here]))]
     place = f"the package '{package}'" if package in sys.modules else f"'{here}' or among the installed packages"
     near = suggest(missing.rpartition(".")[2], names) if names else "this folder has no modules"
-    raise NotFoundError(f"no module '{missing}' in {place}; {near}")
+    wanted = "" if missing == module else f"cannot import '{module}': "
+    raise NotFoundError(f"{wanted}no module '{missing}' in {place}; {near}")
 
 
 def load_cfg_from_registry(task_name: str, entry_point_key: str) -> Any:
