@@ -88,7 +88,7 @@ def kill_exports(folder: Path, kills: int, rng: random.Random, tally: Tally, ref
     readers = {
         ".pt": torch.jit.load,
         ".onnx": onnx.checker.check_model,
-        ".xml": mujoco.MjModel.from_xml_path,  # pyright: ignore[reportAttributeAccessIssue]
+        ".xml": mujoco.MjModel.from_xml_path,
     }
     checkpoint = checkpoints(ref.folder("native"))[-1]
     args = ["--task", "Cartpole", "--device", "cpu", "--num_envs", "2", "--steps", "20", "--num_threads", "1"]
