@@ -2,8 +2,10 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import lift_lab_tasks  # noqa: F401
+from lift_lab.envs.mirror import MirrorCfg
 from lift_lab_rl.rsl_rl import to_rsl_rl
 from lift_lab_tasks.utils import load_cfg_from_registry
 from lift_lab_tasks.utils.hydra import compose
@@ -13,10 +15,13 @@ PAGE = (ROOT / "docs" / "ppo.md").read_text()
 FOLDER = ROOT / "source" / "lift_lab_rl" / "rsl_rl"
 
 
-def test_the_block_of_python_runs():
-    (code,) = re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
+def test_the_blocks_of_python_run():
+    mirror, runner = re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
+    names = {"env_cfg": SimpleNamespace()}
+    exec(compile(mirror, "ppo.md", "exec"), names)
+    assert isinstance(names["env_cfg"].mirror, MirrorCfg)
     names = {}
-    exec(compile(code, "ppo.md", "exec"), names)
+    exec(compile(runner, "ppo.md", "exec"), names)
     assert names["runner"].current_learning_iteration == 1  # rsl_rl counts one less
 
 

@@ -63,7 +63,7 @@ def test_the_task_of_the_first_tutorial_trains_by_its_name(tmp_path):
 
 @pytest.mark.parametrize("name", ["swap_a_reward.md", "add_a_curriculum.md"])
 def test_overrides_of_a_tutorial_are_understood_and_change_the_task(name):
-    lines = [line for block in _blocks(name, "bash") for line in block.splitlines()]
+    lines = [line for block in _blocks(name, "bash") for line in block.replace("\\\n", " ").splitlines()]
     assert lines
     for line in lines:
         words = shlex.split(line)

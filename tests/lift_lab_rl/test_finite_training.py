@@ -188,7 +188,10 @@ def test_the_look_changes_no_bit_of_a_training():
 
 def test_an_evaluation_names_the_term(cartpole, monkeypatch):
     task = cartpole("reward", math.nan, step=5)
-    monkeypatch.setattr(task.env.unwrapped.termination_manager, "get_term_cfg", lambda name: SimpleNamespace(func=None))
+    probe = SimpleNamespace(first_step=torch.zeros(4, dtype=torch.long))
+    monkeypatch.setattr(
+        task.env.unwrapped.termination_manager, "get_term_cfg", lambda name: SimpleNamespace(func=probe)
+    )
     with pytest.raises(LiftLabError, match=r"^reward term 'bad' is NaN in environment 3$"):
         evaluate(task.env, lambda obs: torch.zeros(4, 1), 4)
 
