@@ -45,6 +45,13 @@ class AgentCfg(RslRlOnPolicyRunnerCfg):
     )
 
 
+def with_algorithm(cfg, **settings):
+    """The agent's configuration with other settings of its algorithm."""
+    for name, value in settings.items():
+        setattr(cfg.algorithm, name, value)
+    return cfg
+
+
 class PointEnv(VecEnv):
     """Points on a line that are paid for being near zero; episodes of 20 steps.
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 import torch
-from point_task import AgentCfg, PointEnv, train
+from point_task import AgentCfg, PointEnv, train, with_algorithm
 from rsl_rl.algorithms import PPO
 
 from lift_lab.utils.errors import ConfigError
@@ -215,9 +215,7 @@ def test_entropy_bonus_divergence_and_discount_factor_follow_their_schedules():
     ],
 )
 def test_advantage_clipping_that_could_not_work_is_refused(settings, message):
-    cfg = AgentCfg()
-    for name, value in settings.items():
-        setattr(cfg.algorithm, name, value)
+    cfg = with_algorithm(AgentCfg(), **settings)
     with pytest.raises(ConfigError, match=message):
         to_rsl_rl(cfg)
 
@@ -295,8 +293,6 @@ def test_schedules_begin_at_a_success_rate_also_after_a_resume(tmp_path):
     ],
 )
 def test_a_success_rate_that_could_begin_nothing_is_refused(settings, message):
-    cfg = AgentCfg()
-    for name, value in settings.items():
-        setattr(cfg.algorithm, name, value)
+    cfg = with_algorithm(AgentCfg(), **settings)
     with pytest.raises(ConfigError, match=message):
         to_rsl_rl(cfg)

@@ -20,16 +20,10 @@ from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
 from lift_lab_tasks.utils.runs import fingerprint
 
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
+
 ENGINES = ["native", pytest.param("warp", marks=pytest.mark.slow)]
 STEPS, NUM_ENVS, FAILING = 8, 8, 3
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 def action_in_a_row(env):

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import gymnasium as gym
 import pytest
 import torch
-from point_task import AgentCfg, PointEnv
+from point_task import AgentCfg, PointEnv, with_algorithm
 
 import lift_lab_tasks  # noqa: F401
 from lift_lab.managers import ObservationTermCfg, RewardTermCfg
@@ -144,9 +144,7 @@ class Scaled(PointEnv):
 def changed(**algorithm):
     cfg = AgentCfg()
     cfg.policy.actor_obs_normalization = cfg.policy.critic_obs_normalization = False
-    for name, value in algorithm.items():
-        setattr(cfg.algorithm, name, value)
-    return cfg
+    return with_algorithm(cfg, **algorithm)
 
 
 @pytest.mark.parametrize(

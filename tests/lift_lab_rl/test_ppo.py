@@ -9,17 +9,10 @@ from tensordict import TensorDict
 
 from lift_lab.utils.errors import ConfigError
 from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
-from lift_lab_rl.threads import use_one_torch_thread
+
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
 
 NUM_ENVS, STEPS, OBS, ACTIONS = 64, 6, 5, 3
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 def make(cls, *, std_type="log", activation="elu", normalise=(True, True), rows=None, seed=0, **settings):

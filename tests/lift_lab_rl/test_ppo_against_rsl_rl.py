@@ -19,17 +19,10 @@ from lift_lab_rl.rsl_rl import (
     RslRlSymmetryCfg,
     to_rsl_rl,
 )
-from lift_lab_rl.threads import use_one_torch_thread
+
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
 
 ITERATIONS = 3
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 def mirrored(env, obs=None, actions=None):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from point_task import AgentCfg, PointEnv
+from point_task import AgentCfg, PointEnv, with_algorithm
 from rsl_rl.models import MLPModel
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
@@ -38,9 +38,7 @@ SIZE = 2
 def train(place, folder, on_step=None, **settings):
     torch.manual_seed(5 + place.rank)
     env = PointEnv(on_step=on_step)
-    first, cfg = env.position.clone(), AgentCfg(num_threads=1)
-    for name, value in settings.items():
-        setattr(cfg.algorithm, name, value)
+    first, cfg = env.position.clone(), with_algorithm(AgentCfg(num_threads=1), **settings)
     runner = LiftLabRunner(env, to_rsl_rl(cfg), folder / "run", place=place)
     finished = runner.learn(4, init_at_random_ep_len=True)
     content = {

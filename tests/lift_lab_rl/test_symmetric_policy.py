@@ -11,19 +11,12 @@ from lift_lab.utils.errors import ConfigError
 from lift_lab.utils.mirror import MirrorMap
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlSymmetryCfg, RslRlVecEnvWrapper, to_rsl_rl
 from lift_lab_rl.rsl_rl.symmetric_policy import SymmetricMlp
-from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.manager_based.classic.cartpole.agents.rsl_rl_ppo_cfg import CartpolePPORunnerCfg
 from lift_lab_tasks.manager_based.classic.cartpole.cartpole_env_cfg import CartpoleEnvCfg
 
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
+
 OBS, ACTIONS = 5, 3
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 def image_of_obs(obs):

@@ -3,7 +3,7 @@
 import gymnasium as gym
 import pytest
 import torch
-from point_task import AgentCfg, PointEnv
+from point_task import AgentCfg, PointEnv, with_algorithm
 from rsl_rl.models import MLPModel, RNNModel
 from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
@@ -14,19 +14,12 @@ from lift_lab_rl.files import load_torch
 from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlVecEnvWrapper, to_rsl_rl
 from lift_lab_rl.rsl_rl.ppo import LiftLabPPO
 from lift_lab_rl.rsl_rl.time_outs import final_values
-from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.utils import load_cfg_from_registry, parse_env_cfg
+
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
 
 NUM_ENVS, STEPS, OBS, ACTIONS, GAMMA = 6, 5, 4, 2, 0.9
 ENGINES = ["native", pytest.param("warp", marks=pytest.mark.slow)]
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 def observations(generator):
@@ -230,8 +223,6 @@ def test_an_environment_that_cannot_give_last_observations_is_refused():
     ],
 )
 def test_a_form_that_could_not_work_is_refused(settings, message):
-    cfg = AgentCfg()
-    for name, value in settings.items():
-        setattr(cfg.algorithm, name, value)
+    cfg = with_algorithm(AgentCfg(), **settings)
     with pytest.raises(ConfigError, match=message):
         to_rsl_rl(cfg)

@@ -15,21 +15,14 @@ from lift_lab_rl.rsl_rl import LiftLabRunner, RslRlEvaluationCfg, RslRlVecEnvWra
 from lift_lab_rl.rsl_rl.run_files import solved_by
 from lift_lab_rl.rsl_rl.training_evaluation import TrainingEvaluation, evaluation_env_cfg
 from lift_lab_rl.study.curves import read_scalars
-from lift_lab_rl.threads import use_one_torch_thread
 from lift_lab_tasks.manager_based.classic.cartpole.mdp import pole_balanced
 from lift_lab_tasks.settings import Settings
 from lift_lab_tasks.utils import parse_env_cfg
 from lift_lab_tasks.utils.runs import fingerprint
 
+pytestmark = pytest.mark.usefixtures("one_torch_thread")
+
 ENVS, STEPS = 8, 8
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    before = torch.get_num_threads()
-    use_one_torch_thread()
-    yield
-    torch.set_num_threads(before)
 
 
 @pytest.fixture
