@@ -10,7 +10,6 @@ other between the operations. The operations are those of the same Python code, 
 
 from __future__ import annotations
 
-import functools
 import threading
 from collections.abc import Sequence
 from typing import Any
@@ -27,6 +26,7 @@ DEVICE_BLOCK_ROWS = 1 << 15
 """Samples in a block on another device, where only the memory for intermediate results sets a limit."""
 
 
+@compiled
 def _elu_forward(
     x: torch.Tensor, params: list[torch.Tensor], hidden: list[torch.Tensor], spare: list[torch.Tensor]
 ) -> torch.Tensor:
@@ -40,6 +40,7 @@ def _elu_forward(
     return torch.addmm(params[-1], x, params[-2].t())
 
 
+@compiled
 def _elu_backward(
     x: torch.Tensor,
     grad: torch.Tensor,
@@ -60,12 +61,6 @@ def _elu_backward(
             grad = torch.addcmul(by_output, by_output, inputs.clamp_max_(0.0), out=inputs)
 
 
-@functools.cache
-def _passes() -> tuple[Any, Any]:
-    """Both passes as TorchScript, compiled at first use in some hundredths of a second."""
-    return compiled(_elu_forward), compiled(_elu_backward)
-
-
 class EluMlp:
     """Forward and backward pass of a network with ELU (alpha 1) between its layers, in arrays that are reused.
 
@@ -78,7 +73,6 @@ class EluMlp:
         Args:
             layers: of the network, from its input to its output.
         """
-        self._forward, self._backward = _passes()
         self._params = [param for layer in layers for param in (layer.weight, layer.bias)]
         self._widths = [layer.out_features for layer in layers[:-1]]
         self._rows = 0
@@ -96,7 +90,7 @@ class EluMlp:
             A new tensor of shape (rows, outputs).
         """
         self._input = x
-        return self._forward(x, self._params, *self._arrays_for(x))
+        return _elu_forward(x, self._params, *self._arrays_for(x))
 
     def backward(self, grad: torch.Tensor, sums: Sequence[torch.Tensor]) -> None:
         """Add the gradients of the last forward pass.
@@ -106,7 +100,7 @@ class EluMlp:
             sums: tensors to which the gradients are added, in the order of ``parameters()``: a weight, its bias, ...
         """
         assert self._input is not None
-        self._backward(self._input, grad, self._params, *self._arrays_for(self._input), list(sums))
+        _elu_backward(self._input, grad, self._params, *self._arrays_for(self._input), list(sums))
 
     def _arrays_for(self, x: torch.Tensor) -> tuple[list[torch.Tensor], list[torch.Tensor]]:
         """For each hidden layer one for its output, later its gradient, and a spare one, which all layers share."""

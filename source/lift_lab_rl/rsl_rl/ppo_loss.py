@@ -7,8 +7,7 @@ operations of automatic differentiation. With so few samples the number of opera
 
 from __future__ import annotations
 
-import functools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import torch
 
@@ -29,6 +28,7 @@ class PolicyTerms(NamedTuple):
     """Derivative of the surrogate loss by the mean action, shape (rows, num_actions)."""
 
 
+@compiled
 def policy_terms(
     mean: torch.Tensor,
     std: torch.Tensor,
@@ -50,19 +50,6 @@ def policy_terms(
         advantages: how much better than expected they were, shape (rows,).
         clip_param: how far the ratio of probabilities may leave 1 with profit.
     """
-    arguments = (mean, std, actions, old_mean, old_log_prob, advantages, clip_param)
-    return PolicyTerms(*_scripts()[0](*arguments))
-
-
-def _policy_terms(
-    mean: torch.Tensor,
-    std: torch.Tensor,
-    actions: torch.Tensor,
-    old_mean: torch.Tensor,
-    old_log_prob: torch.Tensor,
-    advantages: torch.Tensor,
-    clip_param: float,
-) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
     z = (actions - mean).div_(std)
     squares = z.square()
     ratio = squares.sum(-1).mul_(-0.5).sub_(log_normaliser(std)).sub_(old_log_prob).exp_()
@@ -73,9 +60,10 @@ def _policy_terms(
     by_log_prob = gain.masked_fill_(limited < gain, 0.0).neg_()
     grad_std = (by_log_prob @ squares - by_log_prob.sum()) / std
     grad_mean = z.mul_(by_log_prob.unsqueeze(-1)).div_(std)
-    return surrogate, (mean - old_mean).square_().sum(0), grad_std, grad_mean
+    return PolicyTerms(surrogate, (mean - old_mean).square_().sum(0), grad_std, grad_mean)
 
 
+@compiled
 def value_terms(
     values: torch.Tensor, *, old_values: torch.Tensor, returns: torch.Tensor, clip_param: float | None
 ) -> tuple[torch.Tensor, torch.Tensor]:
@@ -90,12 +78,6 @@ def value_terms(
     Returns:
         The loss, a scalar, and its derivative by ``values``, shape (rows,).
     """
-    return _scripts()[1](values, old_values, returns, clip_param)
-
-
-def _value_terms(
-    values: torch.Tensor, old_values: torch.Tensor, returns: torch.Tensor, clip_param: float | None
-) -> tuple[torch.Tensor, torch.Tensor]:
     error = values - returns
     if clip_param is None:
         return error.square().sum(), 2.0 * error
@@ -105,9 +87,3 @@ def _value_terms(
     loss = torch.maximum(error.square(), limited_error.square()).sum()
     counts = (step == limited) | (error.abs() >= limited_error.abs())
     return loss, 2.0 * error * counts
-
-
-@functools.cache
-def _scripts() -> tuple[Any, Any]:
-    """Both terms as TorchScript, compiled at first use."""
-    return compiled(_policy_terms), compiled(_value_terms)
