@@ -62,6 +62,11 @@ class MirrorTermCfg(ConfigBase):
     _ranges: ClassVar[Ranges] = {"signs offsets": FINITE, "order": COUNT_OR_ZERO}
 
 
+def image_of(values: torch.Tensor, index: torch.Tensor, factor: torch.Tensor, offset: torch.Tensor) -> torch.Tensor:
+    """Return ``factor[i] * values[..., index[i]] + offset[i]`` as a new tensor of shape (..., dim)."""
+    return values.index_select(-1, index).mul_(factor).add_(offset)
+
+
 class MirrorMap:
     """Mirror image of a vector: ``image[i] = factor[i] * value[index[i]] + offset[i]``.
 
@@ -115,8 +120,7 @@ class MirrorMap:
         Returns:
             A new tensor of that shape.
         """
-        image = values.index_select(-1, self.index).mul_(self.factor)
-        return image.add_(self.offset)
+        return image_of(values, self.index, self.factor, self.offset)
 
     def of_parts(self, partners: Sequence[int]) -> MirrorMap:
         """Map of several such vectors one after the other, which change places.

@@ -18,7 +18,7 @@ from tensordict import TensorDict
 from torch import nn
 
 from lift_lab.utils.errors import ConfigError
-from lift_lab.utils.mirror import MirrorMap
+from lift_lab.utils.mirror import MirrorMap, image_of
 
 from .network_inputs import network_input
 
@@ -61,11 +61,11 @@ class PolicyMirror(nn.Module):
 
     def obs(self, obs: torch.Tensor) -> torch.Tensor:
         """Image of observations, shape (..., num_obs)."""
-        return obs.index_select(-1, self.obs_index) * self.obs_factor + self.obs_offset
+        return image_of(obs, self.obs_index, self.obs_factor, self.obs_offset)
 
     def actions(self, actions: torch.Tensor) -> torch.Tensor:
         """Image of actions, shape (..., num_actions)."""
-        return actions.index_select(-1, self.action_index) * self.action_factor + self.action_offset
+        return image_of(actions, self.action_index, self.action_factor, self.action_offset)
 
     def mean(self, both: torch.Tensor) -> torch.Tensor:
         """Mean actions of the symmetric policy.

@@ -47,7 +47,7 @@ class _Compared:
             ConfigError: one is not as the map says.
         """
         given, found = (torch.stack(rows).double().cpu() for rows in self.values)
-        expected = given[:, self.image.index] * self.image.factor + self.image.offset
+        expected = self.image(given)
         size = torch.cat([expected, found]).abs().max().clamp(min=1e-6)
         moves = (given != given[:1]).any(0) | (found != found[:1]).any(0)
         moves = moves | moves[self.image.index]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from lift_lab.assets.articulation import ArticulationMirrorCfg
+from lift_lab.assets.asset_base import as_list
 from lift_lab.utils.errors import ConfigError, quote
 from lift_lab.utils.mirror import MirrorMap
 from lift_lab.utils.string import resolve_matching_names_values
@@ -79,12 +80,15 @@ class JointMirror:
             ids: their indices in the articulation, in the order of the numbers.
             moves: whether the numbers are positions; velocities and efforts have no offset.
         """
-        every = list(range(self.asset.num_joints))
-        chosen = every[ids] if isinstance(ids, slice) else [int(i) for i in ids]
+        chosen = as_list(ids, self.asset.num_joints)
         names = [self.asset.joint_names[i] for i in chosen]
         whole = self.positions
         offset = whole.offset[chosen] if moves else torch.zeros(len(chosen), dtype=torch.float64)
         return MirrorMap(torch.tensor(self.partners(names), dtype=torch.long), whole.factor[chosen], offset)
+
+    def named(self, names: Sequence[str], moves: bool = True) -> MirrorMap:
+        """Map of the joints of these names, as :meth:`columns` of their indices."""
+        return self.columns([self.asset.joint_names.index(name) for name in names], moves)
 
     def _partner(self, name: str) -> str:
         for left, right in self._swaps.items():

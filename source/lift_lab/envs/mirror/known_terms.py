@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
+from lift_lab.assets.asset_base import as_list
 from lift_lab.controllers import DifferentialIKControllerCfg
 from lift_lab.envs import mdp
 from lift_lab.utils.errors import ConfigError
@@ -74,8 +75,7 @@ def _bodies(kind: str) -> Callable[[TaskMirror, dict[str, Any]], Kind]:
     def of(mirror: TaskMirror, args: dict[str, Any]) -> MirrorMap:
         asset_cfg = args["asset_cfg"]
         asset = mirror.env.scene[asset_cfg.name]
-        every = list(range(asset.num_bodies))
-        chosen = every[asset_cfg.body_ids] if isinstance(asset_cfg.body_ids, slice) else list(asset_cfg.body_ids)
+        chosen = as_list(asset_cfg.body_ids, asset.num_bodies)
         one = MirrorMap.of(KINDS[kind])
         if asset_cfg.name not in mirror.cfg.assets:
             return MirrorMap.cat([one] * len(chosen))
@@ -132,10 +132,8 @@ def _joint_targets(moves: bool) -> Callable[[TaskMirror, Any], MirrorMap]:
 
     def of(mirror: TaskMirror, term: Any) -> MirrorMap:
         descriptor = term.IO_descriptor
-        joints = mirror.joints(term.cfg.asset_name)
-        names = descriptor.joint_names
-        image = joints.columns([joints.asset.joint_names.index(name) for name in names], moves)
-        count = len(names)
+        image = mirror.joints(term.cfg.asset_name).named(descriptor.joint_names, moves)
+        count = len(image)
         return image.in_units(_numbers(descriptor.scale, count, 1.0), _numbers(descriptor.offset, count, 0.0))
 
     return of
@@ -148,19 +146,15 @@ def _targets_within_limits(mirror: TaskMirror, term: Any) -> MirrorMap:
     if descriptor.extras["rescale_to_limits"]:
         low, high = (_numbers(descriptor.extras[side], count, 0.0) for side in ("lower", "upper"))
         scale, zero = scale * 0.5 * (high - low), 0.5 * (high + low)
-    joints = mirror.joints(term.cfg.asset_name)
-    ids = [joints.asset.joint_names.index(name) for name in descriptor.joint_names]
-    return joints.columns(ids).in_units(scale, zero)
+    return mirror.joints(term.cfg.asset_name).named(descriptor.joint_names).in_units(scale, zero)
 
 
 def _gripper(mirror: TaskMirror, term: Any) -> str:
     """One number that opens or closes; both targets have to be their own mirror images."""
     descriptor = term.IO_descriptor
-    joints = mirror.joints(term.cfg.asset_name)
-    ids = [joints.asset.joint_names.index(name) for name in descriptor.joint_names]
-    image = joints.columns(ids)
+    image = mirror.joints(term.cfg.asset_name).named(descriptor.joint_names)
     for which in ("open_command", "close_command"):
-        target = _numbers(descriptor.extras[which], len(ids), 0.0)
+        target = _numbers(descriptor.extras[which], len(image), 0.0)
         if not torch.allclose(image(target.clone()), target):
             raise ConfigError(
                 f"{type(term).__name__}: {which}_expr is not its own mirror image, so the action has none; give the "
