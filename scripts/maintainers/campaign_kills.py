@@ -112,7 +112,7 @@ def kill_exports(folder: Path, kills: int, rng: random.Random, tally: Tally, ref
         for path in (run / "exported").glob("[!.]*"):
             try:
                 readers[path.suffix](str(path))
-            except Exception as error:
+            except Exception as error:  # whatever a reader raises, the file is damaged
                 problems.append(f"{path.name}: {error}")
         tally.note("export: killed", problems, f"{sent.name} in {place.name}")
 

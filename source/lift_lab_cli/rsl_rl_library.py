@@ -110,8 +110,7 @@ class RslRl(Library):
 
     def find_start(self, settings: Settings, args: argparse.Namespace, place: Place) -> Path | None:
         from lift_lab.utils.errors import ConfigError
-        from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration, solved_by
-        from lift_lab_rl.rsl_rl.training_evaluation import criteria
+        from lift_lab_rl.rsl_rl.run_files import checkpoint_iteration, is_solved
         from lift_lab_tasks.utils.runs import find_checkpoint
 
         def warn(text: str) -> None:
@@ -125,7 +124,7 @@ class RslRl(Library):
             return None
         wanted = args.checkpoint or agent.load_checkpoint
         checkpoint = find_checkpoint(agent, wanted, agent.load_run, settings.task, True, warn)
-        if agent.evaluation is not None and solved_by(checkpoint) == criteria(agent.evaluation.to_dict()):
+        if is_solved(checkpoint, agent.evaluation):
             raise ConfigError(
                 f"'{checkpoint}' is of a training that ended because the task is solved; "
                 f"train on with --no_evaluation, or with other values of agent.evaluation"

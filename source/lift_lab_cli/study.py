@@ -117,7 +117,7 @@ class Study:
             "overrides": overrides,
         }
         self._lengths: dict[str, int] = {}  # iterations of the trainings, by label
-        self._criteria: dict[str, Any] = {}  # what ends them earlier; None for nothing
+        self._evaluations: dict[str, Any] = {}  # what may end them earlier; None for nothing
         self._common = ["--num_threads", str(args.num_threads)] if args.num_threads else []
         self._common += ["--device", args.device] if args.device else []
 
@@ -129,7 +129,6 @@ class Study:
         """
         from lift_lab.sim.simulation_context import resolve_device
         from lift_lab_rl.perturbations import parse_perturbation, perturb
-        from lift_lab_rl.rsl_rl.training_evaluation import criteria
         from lift_lab_rl.study.jobs import check_start, newest_checkpoint
         from lift_lab_tasks.settings import Settings
 
@@ -150,8 +149,7 @@ class Study:
                 settings.resolve(training=True)
                 agents[label] = settings.agent
         self._lengths = length = {label: agent.max_iterations for label, agent in agents.items()}
-        evaluations = {label: agent.evaluation for label, agent in agents.items()}
-        self._criteria = {label: cfg and criteria(cfg.to_dict()) for label, cfg in evaluations.items()}
+        self._evaluations = {label: agent.evaluation for label, agent in agents.items()}
         for job in self.jobs:  # what an earlier call has trained is found when it is needed
             label, origin = job.variant.label, job.variant.start[0] if job.variant.start else None
             if origin in agents and newest_checkpoint(self.folder, job.origin) is None:
@@ -282,12 +280,12 @@ class Study:
 
     def _is_done(self, job: Any, found: tuple[Path, int] | None) -> bool:
         """Whether a training has done all iterations, or has ended because the task is solved."""
-        from lift_lab_rl.rsl_rl.run_files import solved_by
+        from lift_lab_rl.rsl_rl.run_files import is_solved
 
-        if found is None or found[1] >= self._lengths[job.variant.label]:
-            return found is not None
-        criteria = self._criteria[job.variant.label]
-        return criteria is not None and solved_by(found[0]) == criteria
+        if found is None:
+            return False
+        (checkpoint, done), label = found, job.variant.label
+        return done >= self._lengths[label] or is_solved(checkpoint, self._evaluations[label])
 
     def _readable(self, checkpoint: Path) -> bool:
         from lift_lab_rl.rsl_rl.run_files import Readable

@@ -234,8 +234,8 @@ def evaluate(env: Any, policy: Any, episodes: int, go_on: Callable[[Evaluation],
             returns[ids] = 0.0
             lengths[ids] = 0
             probe.first_step[ids] = 0
-            if go_on is not None and left and min(map(len, finished)) > full:
-                full = min(map(len, finished))
+            if go_on is not None and left and (done := min(map(len, finished))) > full:
+                full = done
                 so_far = _in_order(inner.step_dt, finished, full, logs)
                 if not go_on(so_far):
                     return so_far

@@ -92,7 +92,9 @@ class Settings:
             ConfigError: no such device, a setting is outside of its range, or a name cannot be a run's.
         """
         if not training:
-            self._leave_out_training_only()
+            from lift_lab.managers.manager_term_cfg import leave_out_training_only
+
+            leave_out_training_only(self.env, lambda name: self.given(f"env.curriculum.{name}", below=True))
         self.env.sim.device = resolve_device(self.env.sim.device)
         if not self.given("env.scene.num_envs"):
             self.env.scene.num_envs = num_envs or num_envs_for_device(self.task, self.env)
@@ -144,13 +146,3 @@ class Settings:
             self.seed = seed
         else:
             self.env.seed = seed
-
-    def _leave_out_training_only(self) -> None:
-        from lift_lab.managers import CurriculumTermCfg
-
-        curriculum = getattr(self.env, "curriculum", None) or {}
-        terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
-        for name, term in terms.items():
-            left_out = isinstance(term, CurriculumTermCfg) and term.training_only
-            if left_out and not self.given(f"env.curriculum.{name}", below=True):
-                terms[name] = None

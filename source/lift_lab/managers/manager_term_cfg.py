@@ -93,6 +93,20 @@ class CurriculumTermCfg(ManagerTermBaseCfg):
     override names it."""
 
 
+def leave_out_training_only(env_cfg: Any, is_kept: Callable[[str], bool] = lambda name: False) -> None:
+    """Replace curriculum terms that are only for training by None.
+
+    Args:
+        env_cfg: configuration of an environment; changed in place.
+        is_kept: whether the term of a name stays all the same.
+    """
+    curriculum = getattr(env_cfg, "curriculum", None) or {}
+    terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
+    for name, term in terms.items():
+        if isinstance(term, CurriculumTermCfg) and term.training_only and not is_kept(name):
+            terms[name] = None
+
+
 @configclass
 class ObservationTermCfg(ManagerTermBaseCfg):
     """One observation: func, then modifiers, noise, clip, scale, history, in this order."""

@@ -60,10 +60,13 @@ def run_suite(args: Any, overrides: list[str]) -> dict[str, Any]:
     Raises:
         ConfigError: the suite 'gpu' on a machine without a GPU, unless the flags name the device.
     """
-    from lift_lab.sim.simulation_context import resolve_device
+    if args.suite == "gpu" and args.device in (None, "auto"):
+        from lift_lab.sim.simulation_context import resolve_device
 
-    if args.suite == "gpu" and args.device in (None, "auto") and resolve_device("auto") == "cpu":
-        raise ConfigError("--suite gpu needs a GPU, and torch finds none here; --device cpu measures the CPU instead")
+        if resolve_device("auto") == "cpu":
+            raise ConfigError(
+                "--suite gpu needs a GPU, and torch finds none here; --device cpu measures the CPU instead"
+            )
     results = Results(args)
     {"scale": scale, "startup": startup, "gpu": gpu}[args.suite](args, overrides, results)
     if results.path is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from lift_lab.utils import ConfigBase, configclass
 from lift_lab.utils.ranges import COUNT, COUNT_OR_ZERO, FRACTION, NOT_NEGATIVE, Range, Ranges
@@ -62,3 +62,12 @@ class RslRlEvaluationCfg(ConfigBase):
         "seed": Range(0, 2**31, whole=True),
         "max_error": NOT_NEGATIVE,
     }
+
+
+def criteria(cfg: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings that say when a task is solved, as plain values.
+
+    Args:
+        cfg: entries of :class:`RslRlEvaluationCfg`.
+    """
+    return {name: cfg[name] for name in ("episodes", "min_success", "error_metric", "max_error", "consecutive")}

@@ -360,7 +360,8 @@ class LiftLabPPO(PPO):
         """One optimiser step on one minibatch.
 
         Returns:
-            Mean value loss, surrogate loss, entropy and divergence over the minibatch, shape (4,).
+            Mean value loss, surrogate loss, entropy and divergence over the minibatch, and with symmetry the mirror
+            loss, shape (4,) or (5,).
         """
         assert self.micro_batches is not None
         std, mirrored = self._std(), self.mirrored

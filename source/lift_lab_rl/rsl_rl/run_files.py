@@ -13,6 +13,7 @@ from lift_lab_rl.distributed import Place
 from lift_lab_rl.run_params import read_params
 
 from .checkpoint_file import read_checkpoint
+from .evaluation_cfg import RslRlEvaluationCfg, criteria
 
 
 def state_name(place: Place, iteration: int | str) -> str:
@@ -49,6 +50,16 @@ def solved_by(path: str | Path) -> dict[str, Any] | None:
         ConfigError: it is no checkpoint, or holds a number that is not finite.
     """
     return (read_checkpoint(path).get("infos") or {}).get("solved")
+
+
+def is_solved(path: str | Path, evaluation: RslRlEvaluationCfg | None) -> bool:
+    """Return whether a checkpoint is of a training that these evaluations would have ended: the task is solved.
+
+    Raises:
+        FileError: there is no such file, or it is damaged.
+        ConfigError: it is no checkpoint, or holds a number that is not finite.
+    """
+    return evaluation is not None and solved_by(path) == criteria(evaluation.to_dict())
 
 
 class Readable:

@@ -165,9 +165,8 @@ class RunLogger:
             report.mean_reward = statistics.fmean(self._last_returns)
             report.mean_length = statistics.fmean(self._last_lengths)
         if self.writer is not None:
-            for tag, value in self._scalars(report, losses, rnd_weight).items():
-                self.writer.add_scalar(tag, value, report.iteration)
             writer = self.writer
+            _add(writer, self._scalars(report, losses, rnd_weight), report.iteration)
             if isinstance(writer, LogWriter):
                 for video in sorted(Path(str(self._log_dir)).glob("videos/*/[!.]*.mp4")):
                     writer.save_video(video, report.iteration)
@@ -177,8 +176,7 @@ class RunLogger:
     def log_scalars(self, scalars: dict[str, float], iteration: int) -> None:
         """Write further curves of an iteration."""
         if self.writer is not None:
-            for tag, value in scalars.items():
-                self.writer.add_scalar(tag, value, iteration)
+            _add(self.writer, scalars, iteration)
             self.writer.flush()
 
     def _scalars(self, report: IterationReport, losses: dict[str, float], rnd_weight: float | None) -> dict[str, float]:
@@ -289,3 +287,8 @@ class _Curiosity:
         """Write a state of :meth:`state_dict` back."""
         self._last.extend(state["intrinsic_returns"])
         self._sum.copy_(state["intrinsic_sum"])
+
+
+def _add(writer: Any, scalars: dict[str, float], iteration: int) -> None:
+    for tag, value in scalars.items():
+        writer.add_scalar(tag, value, iteration)

@@ -16,7 +16,7 @@ from typing import Any
 
 import torch
 
-from lift_lab.managers import CurriculumTermCfg
+from lift_lab.managers.manager_term_cfg import leave_out_training_only
 from lift_lab.utils.errors import ConfigError, StateMismatchError
 from lift_lab_rl.counters import counters, load_counters, manager_env
 from lift_lab_rl.episode_logs import FAILURES
@@ -24,6 +24,7 @@ from lift_lab_rl.evaluation import Evaluation, add_success_probe, evaluate
 from lift_lab_rl.random_state import load_rng_state, rng_state
 from lift_lab_rl.scalar_names import SUCCESS_RATE
 
+from .evaluation_cfg import criteria
 from .vecenv_wrapper import RslRlVecEnvWrapper
 
 MOST_ENVS = 50
@@ -37,15 +38,6 @@ def num_eval_envs(cfg: dict[str, Any]) -> int:
         cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
     """
     return cfg["num_envs"] or min(cfg["episodes"], MOST_ENVS)
-
-
-def criteria(cfg: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings that say when a task is solved, as plain values.
-
-    Args:
-        cfg: entries of :class:`~lift_lab_rl.rsl_rl.evaluation_cfg.RslRlEvaluationCfg`.
-    """
-    return {name: cfg[name] for name in ("episodes", "min_success", "error_metric", "max_error", "consecutive")}
 
 
 def evaluation_env_cfg(env: RslRlVecEnvWrapper, cfg: dict[str, Any]) -> Any:
@@ -62,11 +54,7 @@ def evaluation_env_cfg(env: RslRlVecEnvWrapper, cfg: dict[str, Any]) -> Any:
     own: Any = inner.cfg.copy()
     own.scene.num_envs, own.seed = num_eval_envs(cfg), cfg["seed"]
     own.recorders, own.log_dir, own.export_io_descriptors = None, None, False
-    curriculum = getattr(own, "curriculum", None) or {}
-    terms = curriculum if isinstance(curriculum, dict) else vars(curriculum)
-    for name, term in terms.items():
-        if isinstance(term, CurriculumTermCfg) and term.training_only:
-            terms[name] = None
+    leave_out_training_only(own)
     try:
         add_success_probe(own, None if inner.spec is None else inner.spec.kwargs.get("success"))
     except ConfigError as error:
@@ -200,12 +188,12 @@ class TrainingEvaluation:
         return most is None or (error is not None and error <= most)
 
     def _can_pass(self, found: Evaluation) -> bool:
-        """Whether an evaluation of which these are the first rounds is worth to be continued."""
+        """Whether these episodes pass: an evaluation of which they are the first rounds is worth to be continued."""
         return self._failures(found) <= self._allowed_failures and self._is_exact(found)
 
     def _judge(self, found: Evaluation, iteration: int) -> EvaluationResult:
         cfg, count, failures, error = self._cfg, len(found.episodes), self._failures(found), self._error(found)
-        passed = failures <= self._allowed_failures and self._is_exact(found)
+        passed = self._can_pass(found)
         self.passes = self.passes + 1 if passed else 0
         summary = found.summary()
         scalars = {
