@@ -221,6 +221,7 @@ def test_a_training_that_is_too_short_to_end_early_says_so():
         "agent.evaluation: this training cannot end early: 2 evaluations of 10 episodes need up to 200 environment "
         "steps, and max_share=0.5 of 301 is less; max_share=0.665 is enough"
     )
+    assert Evaluations(most_steps=199).too_short().endswith("is less; train for longer, or evaluate fewer episodes")
 
 
 def test_a_metric_that_is_not_there_is_named(tmp_path, make):

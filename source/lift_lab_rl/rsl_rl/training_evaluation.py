@@ -142,10 +142,12 @@ class TrainingEvaluation:
         cfg, needed, steps = self._cfg, self._cfg["consecutive"] * self._cost, self._most_steps
         if needed <= cfg["max_share"] * steps:
             return None
+        share = math.ceil(1e3 * needed / steps) / 1e3
+        remedy = f"max_share={share:g} is enough" if share <= 1.0 else "train for longer, or evaluate fewer episodes"
         return (
             f"agent.evaluation: this training cannot end early: {cfg['consecutive']} evaluations of {cfg['episodes']} "
             f"episodes need up to {needed:,} environment steps, and max_share={cfg['max_share']:g} of {steps:,} is "
-            f"less; max_share={math.ceil(1e3 * needed / steps) / 1e3:g} is enough"
+            f"less; {remedy}"
         )
 
     def _is_due(self, iteration: int, total_steps: int, success: float | None) -> bool:
